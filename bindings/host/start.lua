@@ -10,12 +10,14 @@ local host = require "limax.host"
 
 -- Modules that users' scripts may name; other names may change.
 local PUBLIC = {
-  limax = "scripts/lib/limax", ["limax.engine"] = "bindings/engine/engine",
+  limax = "scripts/lib/limax", ["limax.encoding"] = "scripts/lib/experiment/encoding",
+  ["limax.engine"] = "bindings/engine/engine",
   ["limax.fitness"] = "scripts/lib/experiment/fitness",
   ["limax.scenes"] = "scripts/lib/settings/scenes",
   ["limax.selection"] = "scripts/lib/experiment/selection",
   ["limax.survival"] = "scripts/lib/experiment/survival",
   ["limax.supervise"] = "scripts/lib/supervise/supervise",
+  ["limax.variation"] = "scripts/lib/experiment/variation",
   ["limax.test"] = "scripts/lib/tools/test/test",
 }
 

@@ -9,6 +9,7 @@ local suggest = require "limax.engine.suggest"
 local public = {
   defaults = { "limax.settings.defaults" },
   diversity = { "limax.run.diversity" },
+  encoding = { "limax.encoding" },
   experiment = { "limax.experiment.experiment" },
   fitness = { "limax.fitness" },
   rescore = { "limax.evolution.rescore" },
@@ -19,6 +20,7 @@ local public = {
   supervise = { "limax.supervise" },
   survival = { "limax.survival" },
   test = { "limax.test" },
+  variation = { "limax.variation" },
 }
 
 ---@class limax
@@ -27,6 +29,7 @@ local public = {
 ---@field engine limax.engine the low-level objects
 ---@field defaults table every default of an experiment
 ---@field diversity table measures of how different the robots of a population are
+---@field encoding table encodings by name
 ---@field experiment fun(spec: table): limax.experiment checks and completes an experiment
 ---@field fitness table fitness functions by name
 ---@field rescore table robots of a population scored again under another accuracy
@@ -37,6 +40,7 @@ local public = {
 ---@field supervise table supervisors by name
 ---@field survival table survival schemes by name
 ---@field test table suites of scripted regressions
+---@field variation table mutations and crossovers by name
 local limax = { version = host.version, home = host.home, engine = engine }
 
 local names = { "version", "home", "engine" }

@@ -7,6 +7,7 @@ local budget = require "limax.experiment.budget"
 local engine = require "limax.engine"
 local experiments = require "limax.experiment.experiment"
 local failure = require "limax.base.failure"
+local genes = require "limax.experiment.genes"
 local host = require "limax.host"
 local ledger = require "limax.supervise.ledger"
 local materials = require "limax.evolution.materials"
@@ -25,8 +26,7 @@ local evolve = {}
 -- A generation from its fields: the genomes of `engine` become bodies, which the records get.
 local function express(run, fields)
   local began = host.clock()
-  fields.engine:express(fields.materials, { require_muscle = run.config.genome.require_muscle,
-    device = run.device })
+  genes.express(run:rules_of_genes(fields), fields.engine)
   population.add_bodies(fields.engine, fields.materials, fields.records)
   fields.timing.express = host.clock() - began
   fields.repetition = run.repetition
@@ -35,11 +35,13 @@ end
 
 local function first_generation(run)
   local began = host.clock()
-  local robots, records = run:new_robots(), {}
-  robots:initialize()
+  local robots, records, rows = run:new_robots(), {}, {}
   for i = 1, robots.count do
+    rows[i] = i
     records[i] = { id = i, generation = 0, parents = host.json.array {}, origin = "initial" }
   end
+  genes.initialize(run:rules_of_genes { materials = run.first_materials,
+    parameters = run.config.breeding }, robots, rows, 0)
   return express(run, { engine = robots, generation = 0, records = records,
     materials = run.first_materials, parameters = run.config.breeding,
     ledger = { supervisor = (run.session or run.experiment.supervisor).name,
@@ -98,26 +100,19 @@ local function select(run, robots, generation, parameters, choice)
   end, source.place(run.config.selection))
 end
 
--- The genomes of the next generation, elites first.
-local function breed(run, robots, generation, parameters, elites, parents)
-  local offspring = run:new_robots()
-  offspring:breed(robots.engine, parents, { mutation_rate = parameters.mutation_rate,
-    mutation_scale = parameters.mutation_scale, crossover_rate = parameters.crossover_rate,
-    seed = run.config.seed, repetition = run.repetition, generation = generation,
-    elites = #elites }, run.device)
-  return offspring
-end
-
 local function next_generation(run, robots, choice)
   local began, generation = host.clock(), robots.generation + 1
   local decided = supervise(run, robots, choice)
   local supervised = host.clock()
   local elites, parents = select(run, robots, generation, decided.parameters, choice)
-  local offspring = breed(run, robots, generation, decided.parameters, elites, parents)
   -- an elite keeps its score under the same materials
   local keep = decided.materials == robots.materials and record.scores_valid(robots)
-  return express(run, { engine = offspring, generation = generation,
-    records = mating.records(robots, #elites, parents, keep), materials = decided.materials,
+  local records = mating.records(robots, #elites, parents, keep)
+  local bred = genes.breed(run:rules_of_genes(decided), { generation = generation,
+    elites = #elites, pairs = parents, parents = robots.engine, records = records,
+    parent_records = robots.records })
+  return express(run, { engine = bred, generation = generation, records = records,
+    materials = decided.materials,
     parameters = decided.parameters, ledger = decided.ledger, supervision = decided.supervision,
     supervisor_failed = decided.failed or nil, parents_scored_with = robots.scored_with,
     timing = { supervise = supervised - began, breed = host.clock() - supervised } })

@@ -1,6 +1,7 @@
 --- record.lua: what a run keeps of each generation: an entry of its history and the files in its
 --- folder; also reads them back, to continue a run.
 
+local genes = require "limax.experiment.genes"
 local history = require "limax.run.history"
 local materials = require "limax.evolution.materials"
 local metrics = require "limax.run.metrics"
@@ -106,8 +107,7 @@ function record.read(run, folder)
       robots = rebuilt(run, line, kept.ledger,
         run_files.robots(text(), "generation " .. line.generation), run:new_robots())
       robots.engine:set_genomes(kept.genomes)
-      robots.engine:express(robots.materials, { require_muscle = run.config.genome.require_muscle,
-        device = run.device })
+      genes.express(run:rules_of_genes(robots), robots.engine)
       if not scores_valid then robots.scored_with = EARLIER end
     end
     remember(run, line, kept.ledger, text, robots)

@@ -1,6 +1,7 @@
 --- run.lua: one repetition of an experiment: what it needs before its first generation (device,
 --- folder, world, limits), and the warnings that a user should read before hours of computing.
 
+local encodings = require "limax.encoding"
 local engine = require "limax.engine"
 local full_body = require "limax.robot.full_body"
 local ledger = require "limax.supervise.ledger"
@@ -108,9 +109,9 @@ function run.new(experiment, options)
     on_progress = options.on_progress, say = once(options.say or print_warning) }
   -- refuses a lattice that this machine cannot hold before anything large is made
   engine.population({ lattice = config.lattice, count = config.population }):free()
-  local encoding = engine.encoding { lattice = config.lattice, features = config.genome.features,
-    sigma = config.genome.sigma, hidden = config.genome.hidden, materials = first.count,
-    initial_scale = config.genome.initial_scale, seed = config.seed, repetition = repetition }
+  local encoding = encodings.of_engine(experiment.encoding, config.genome,
+    { lattice = config.lattice, materials = first.count, seed = config.seed,
+      repetition = repetition })
   world.first_step, world.first_step_material =
     full_body.bound(config.lattice, first, world.scene, world.options, device)
   return setmetatable({ experiment = experiment, config = config, repetition = repetition,
@@ -144,6 +145,17 @@ end
 function Run:new_robots()
   return engine.population { lattice = self.config.lattice, count = self.config.population,
     encoding = self.encoding }
+end
+
+--- What the genes of a generation are made and read by.
+---@param fields { materials: limax.materials, parameters: table<string, number> }
+---@return limax.genes.rules
+function Run:rules_of_genes(fields)
+  return { encoding = self.experiment.encoding, variation = self.experiment.variation,
+    lattice = self.config.lattice, materials = fields.materials, parameters = fields.parameters,
+    state = self.world.state, seed = self.config.seed, repetition = self.repetition,
+    require_muscle = self.config.genome.require_muscle, device = self.device,
+    empty = function() return self:new_robots() end }
 end
 
 --- The first materials with other values of the fields that a supervisor may change.

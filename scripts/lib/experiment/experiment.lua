@@ -3,7 +3,7 @@
 --- result holds a plain `config` that can be written as JSON.
 
 local defaults = require "limax.settings.defaults"
-local encoding = require "limax.engine.encoding"
+local encodings = require "limax.encoding"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
 local fault = require "limax.engine.fault"
@@ -16,12 +16,15 @@ local schema = require "limax.engine.schema"
 local settings = require "limax.settings.settings"
 local source = require "limax.base.source"
 local strict = require "limax.engine.strict"
+local variation = require "limax.variation"
 
 ---@class limax.experiment
 ---@field config table the resolved configuration, plain values only (schema limax.config/1)
 ---@field fitness { name: string, call: function, record: table } as resolved
 ---@field selection fun(population: table, random: table): integer, integer as resolved
 ---@field survival limax.survival.scheme as resolved
+---@field encoding limax.encoding.definition as resolved
+---@field variation { mutation: limax.variation.step, crossover: limax.variation.step } as resolved
 ---@field state nil|fun(): table a script's own state at the start of a repetition
 ---@field supervisor { name: string, call: function } as resolved
 ---@field notes string[] for the user: what was changed, and what is probably unintended
@@ -82,6 +85,11 @@ end
 -- Robots that a repetition may simulate. No default: generations are the limit.
 local evaluations = schema.number { unit = "robots", minimum = 2, maximum = 1e9, integer = true }
 
+local genome_fields = { encoding = anything, mutation = anything, crossover = anything }
+for name, rule in pairs(require("limax.engine.encoding").genome_rules) do
+  genome_fields[name] = rule
+end
+
 local five = fields.experiment.lattice.value
 local rules = schema.fields {
   name = schema.text("[%w][%w_%-%.]*", "a name of letters, digits and _ - ."),
@@ -90,7 +98,7 @@ local rules = schema.fields {
   seed = function(value, path)
     return schema.seed(value == nil and fields.experiment.seed.value or value, path)
   end,
-  genome = with(rules_of(fields.genome), encoding.genome_rules),
+  genome = with(rules_of(fields.genome), genome_fields),
   scene = anything,
   simulation = settings.simulation,
   record = settings.record,
@@ -166,6 +174,34 @@ local function resolve_parts(spec)
     state = spec.state }
 end
 
+-- The encoding and the variation of an experiment; leaves in `genome` the fields that it uses.
+local function resolve_genome(config, spec, base)
+  local genome, own = config.genome, spec.genome or {}
+  local shape = { lattice = config.lattice, materials = #config.materials.materials }
+  local named = own.encoding == nil and defaults.encoding or own.encoding
+  local definition, message =
+    resolved("genome.encoding", function() return encodings.get(named, shape) end)
+  if message then return nil, message end
+  local used = encodings.fields(named)
+  for name in pairs(require("limax.engine.encoding").genome_rules) do
+    if not used[name] then
+      if own[name] ~= nil then
+        return nil, ("genome.%s: the encoding %q does not use it"):format(name, definition.name)
+      end
+      genome[name] = nil
+    end
+  end
+  local steps
+  steps, message = resolved("genome", function() return variation.get(own, definition) end)
+  if message then return nil, message end
+  for _, name in ipairs { "encoding", "mutation", "crossover" } do
+    local plain_default = name == "encoding" and named == defaults.encoding
+    genome[name] = own[name] ~= nil and not plain_default and source.describe(own[name], base)
+      or nil
+  end
+  return definition, nil, steps
+end
+
 -- Script files that an experiment names: the parser of a language model's answers.
 local function named_scripts(spec, base)
   local parser = type(spec.supervisor) == "table" and spec.supervisor.parse
@@ -213,7 +249,9 @@ local function resolve(spec, origin)
   for _, note in ipairs(plausible.notes(config)) do notes[#notes + 1] = note end
   local base = origin and source.folder_of(origin)
   notes[#notes + 1] = own_variables.note(spec, base)
-
+  local encoding, steps
+  encoding, message, steps = resolve_genome(config, spec, base)
+  if message then return nil, message end
   config.schema = "limax.config/1"
   config.name = config.name or default_name(spec, origin)
   config.fitness = source.describe(spec.fitness, base)
@@ -227,7 +265,7 @@ local function resolve(spec, origin)
 
   return setmetatable({ config = config, spec = spec, origin = origin, notes = notes,
     fitness = parts.fitness, selection = parts.selection, supervisor = parts.supervisor,
-    survival = parts.survival, state = parts.state,
+    survival = parts.survival, state = parts.state, encoding = encoding, variation = steps,
     scripts = source.scripts(origin, spec, named_scripts(spec, base)) }, Experiment)
 end
 

@@ -1,13 +1,15 @@
 --- replay.lua: `robot:replay()`: a robot read from a file, simulated and scored as it was. The
---- module returns the robot library with this method, as `limax.robot`.
+--- module returns the robot library with this method and with robots of genomes, as `limax.robot`.
 
 local engine = require "limax.engine"
 local fitness = require "limax.fitness"
 local robot = require "limax.robot.robot"
+local robot_of_genome = require "limax.experiment.robot_of_genome"
 local scoring = require "limax.robot.scoring"
 local source = require "limax.base.source"
 
 local Robot = robot.methods
+robot.describe_genome = robot_of_genome.describe
 
 -- What fitness.get takes: { name = "walk", axis = "x" } of a file is { "walk", axis = "x" }.
 local function fitness_of(stored)

@@ -9,7 +9,6 @@ local output = require "limax.base.output"
 local prepared = require "limax.robot.prepared"
 local robot_file = require "limax.robot.robot_file"
 local robot_in_motion = require "limax.robot.robot_in_motion"
-local robot_of_genome = require "limax.robot.robot_of_genome"
 local schema = require "limax.engine.schema"
 local scored_robot = require "limax.robot.scored_robot"
 local settings = require "limax.settings.settings"
@@ -26,7 +25,7 @@ local function fail(pattern, ...) engine.fail(pattern:format(...)) end
 ---@field population limax.population of the engine, with this robot only
 local Robot = strict.methods "robot"
 
---- The methods of robots; experiment/replay.lua adds `replay`.
+--- The methods of robots; experiment/replay.lua adds `replay`, and `describe_genome` to the module.
 robot.methods = Robot
 
 local has_field = { description = true, body = true, materials = true, population = true }
@@ -162,6 +161,7 @@ end
 ---@field edge? number m
 ---@field features? integer of the encoding, as in an experiment's `genome`; 16
 ---@field sigma? number 0.15
+---@field encoding? any as in an experiment's `genome`; "fourier"
 ---@field hidden? integer[] { 32, 32 }
 ---@field initial_scale? number of random genomes; 1
 ---@field seed? number|string of the encoding, and of a random genome; 1
@@ -180,7 +180,7 @@ function robot.new(source)
       schema.show(source))
   end
   if source.genome ~= nil and source.voxels == nil then
-    return object(robot_of_genome.describe(source))
+    return object(robot.describe_genome(source))
   end
   return by_hand(source)
 end

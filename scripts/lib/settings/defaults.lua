@@ -89,6 +89,7 @@ defaults.scene = { gravity = true, ground = true, friction = true, damping = tru
 defaults.record = { center_of_mass = 50 }
 
 defaults.materials = "paper"
+defaults.encoding = "fourier"
 defaults.selection = { "tournament", size = 3 }
 defaults.survival = "elitist"
 defaults.supervisor = "rules"

@@ -177,6 +177,7 @@ local rules = {
     parents = required(list(count, "a list of ids")),
     origin = required(schema.choice { "initial", "bred", "elite" }),
     status = required(schema.choice { "done", "invalid", "diverged", "failed" }), reason = text,
+    step_size = finite,
     fitness = finite, cases = list(finite, "a list of numbers"), measures = map(finite),
     body = required(body), outcome = required(run_files.outcome),
   },

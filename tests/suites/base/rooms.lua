@@ -20,6 +20,8 @@ local PUBLIC = { ["limax"] = "scripts/lib/limax.lua",
   ["limax.selection"] = "scripts/lib/experiment/selection.lua",
   ["limax.supervise"] = "scripts/lib/supervise/supervise.lua",
   ["limax.survival"] = "scripts/lib/experiment/survival.lua",
+  ["limax.encoding"] = "scripts/lib/experiment/encoding.lua",
+  ["limax.variation"] = "scripts/lib/experiment/variation.lua",
   ["limax.test"] = "scripts/lib/tools/test/test.lua" }
 
 local function file_of(module)

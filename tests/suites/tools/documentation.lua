@@ -35,7 +35,7 @@ local RICH = [[
 local limax = require "limax"
 return limax.experiment {
   name = "rich", lattice = { 2, 2, 2 }, population = 24, generations = 4, repetitions = 2,
-  genome = { sigma = 4 }, not_in_paper = { "everything" },
+  genome = { sigma = 4, mutation = "self_adaptive" }, not_in_paper = { "everything" },
   simulation = { duration = 0.2, settle = 0.05, max_speed = SPEED },
   record = { center_of_mass = 20, position = 20, velocity = 20, contact = 20, energy = 20,
     strain = 20 },

@@ -46,11 +46,12 @@ local function entry_of(group, line)
   local name, place, example = line:match "^([%w_:]+)=?(%S*)  (.*)$"
   local entry = { short = name:match "[^:]*$", group = group, example = example,
     name = group.prefix .. name, kind = "value" }
-  if group.named and example:match '^[{"]' then
+  local bare = group.named and example:match '^[{"]'
+  if bare or example:match "^%l+ = {" then
     -- a piece of the library that an experiment names: `supervisor = { "rules", patience = 5 }`
     local path = group.folder and group.folder .. entry.short .. ".lua" or group.files[1]
     local file = annotations.of(path)
-    entry.signature = group.named .. " = " .. example
+    entry.signature = bare and group.named .. " = " .. example or example
     entry.what = file.values[place] or file.top
     entry.example = ('limax.experiment { fitness = "walk", generations = 2, %s }'):format(
       entry.signature)

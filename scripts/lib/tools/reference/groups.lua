@@ -138,6 +138,53 @@ simulate  population:simulate()
 score  population:score "distance"
 breed  population:breed { mutation_rate = 0.05 }
 ]] },
+  { title = "limax.encoding", files = { "scripts/lib/experiment/encoding.lua" },
+    text = "How genes become bodies: the `encoding` of `genome`, a name or a table of functions.",
+    prefix = "limax.encoding.", holder = "encoding.",
+    examples = [[
+fourier=encoding.entries.fourier  genome = { encoding = "fourier", sigma = 0.3 }
+cppn=encoding.entries.cppn  genome = { encoding = "cppn", hidden = { 16 } }
+direct=encoding.entries.direct  genome = { encoding = "direct" }
+symmetric=encoding.entries.symmetric  genome = { encoding = { "symmetric", of = "cppn" } }
+l_system=encoding.entries.l_system  genome = { encoding = { "l_system", levels = 4 } }
+get  limax.encoding.get("direct", { lattice = { 5, 5, 5 }, materials = 5 }).name
+fields  limax.encoding.fields "cppn"
+of_engine  limax.encoding.of_engine({ network = "cppn" }, {}, { lattice = { 2, 2, 2 } }).genes
+entries  limax.encoding.entries.cppn.fields
+]] },
+  { title = "limax.variation", files = { "scripts/lib/experiment/variation.lua" },
+    text = "How offspring differ from parents: `mutation` and `crossover` of `genome`.",
+    prefix = "limax.variation.", holder = "variation.",
+    examples = [[
+gaussian=variation.mutations.gaussian  genome = { mutation = "gaussian" }
+block=variation.mutations.block  genome = { mutation = "block" }
+self_adaptive=variation.mutations.self_adaptive  genome = { mutation = "self_adaptive" }
+uniform=variation.crossovers.uniform  genome = { crossover = "uniform" }
+two_point=variation.crossovers.two_point  genome = { crossover = "two_point" }
+mutations  genome = { mutation = "none" }
+crossovers  genome = { crossover = "none" }
+get  limax.variation.get({ mutation = "block" }, {}).mutation.call
+]] },
+  { title = "Robots of an encoding", class = "limax.batch", prefix = "robots:", holder = "methods:",
+    text = "What the functions of an encoding, a mutation and a crossover get.",
+    files = { "scripts/lib/experiment/batch.lua" },
+    stage = GENOMES .. '\nlocal batch = require "limax.experiment.batch"\n'
+      .. "function parents() local p = limax.engine.population { count = 4, encoding = coder } "
+      .. "p:initialize() return p end\npopulation, robots = robots, batch.new { rows = { 2, 3 }, "
+      .. "generation = 1, lattice = { 2, 2, 2 }, materials = materials, parameters = rates, "
+      .. "parts = { population = robots, parents = parents(), empty = parents, seed = 1, "
+      .. "repetition = 1, counter = 0, pairs = { { 1, 1 }, { 1, 2 }, { 2, 3 }, { 3, 4 } } } }",
+    examples = [[
+genes  robots:genes(2)[1]
+voxels  robots:voxels(2)[1]
+weights  robots:weights(2)[1][1]
+parents  robots:parents(2)
+random  robots:random(2):uniform()
+initialize  robots:initialize()
+cross  robots:cross()
+mutate  robots:mutate({ 2 }, { mutation_scale = 0.5 })
+express  robots:express()
+]] },
   { title = "limax.fitness", files = { "scripts/lib/experiment/fitness.lua" }, holder = "fitness.",
     text = 'Fitness functions: `fitness = "walk"`, or `{ "distance", axis = "x" }`.',
     prefix = "limax.fitness.", stage = RECORDED,

@@ -1,0 +1,168 @@
+--- batch.lua: robots of one population as the functions of an encoding, a mutation or a crossover
+--- see them: the rows to work on, checked views of their genes and bodies, random numbers that
+--- depend on nothing else, and the engine's own operators on any rows.
+
+local engine = require "limax.engine"
+local strict = require "limax.engine.strict"
+
+local batch = {}
+
+---@class limax.batch
+---@field rows integer[] the robots to work on
+---@field generation integer that they belong to
+---@field lattice integer[] voxels along x, y, z
+---@field materials limax.materials the empty one first
+---@field parameters table<string, number> mutation_rate, mutation_scale, crossover_rate
+---@field state table|nil of the experiment's functions
+---@field records table[] of all robots, in a mutation or crossover
+local methods = strict.methods "robots"
+
+local FIELDS = { rows = true, generation = true, lattice = true, materials = true,
+  parameters = true, state = true, records = true, parent_records = true, parts = true }
+
+local class = {}
+
+function class.__index(_, key)
+  return methods[key] or not FIELDS[key] and strict.unknown("robots", key, FIELDS, methods) or nil
+end
+
+--- Makes a batch. `parts` holds what its methods use: `population` of the engine; `pairs` and
+--- `parents`, another population, in a mutation or crossover; `seed`, `repetition`, `device`.
+---@param fields table of limax.batch, and `parts`
+---@return limax.batch
+function batch.new(fields) return setmetatable(fields, class) end
+
+-- Calls work(first, count) for every run of successive rows.
+local function each_run(rows, work)
+  local first
+  for k, row in ipairs(rows) do
+    first = first or row
+    if rows[k + 1] ~= row + 1 then
+      work(first, row - first + 1)
+      first = nil
+    end
+  end
+end
+
+-- ---- one robot ----------------------------------------------------------------------------------
+
+-- Robot i of a view of all robots, which is made once and ends when the engine writes.
+local function part_of(self, name, i)
+  local parts = self.parts
+  parts[name] = parts[name] or parts.population[name](parts.population)
+  return parts[name][i]
+end
+
+local function end_views(self)
+  for _, name in ipairs { "genome_view", "voxels_view", "weights_view" } do
+    self.parts[name] = nil
+  end
+end
+
+--- The genes of robot i, to read and write.
+---@param i integer
+---@return limax.view [gene]
+function methods:genes(i) return part_of(self, "genome_view", i) end
+
+--- The material of each voxel of robot i, to read and write: 0 is the empty one. Voxel (x, y, z),
+--- counted from 0, is number 1 + x + nx (y + ny z).
+---@param i integer
+---@return limax.view [voxel]
+function methods:voxels(i) return part_of(self, "voxels_view", i) end
+
+--- Stiffness, amplitude and phase of each voxel of robot i, 0 to 1, to read and write.
+---@param i integer
+---@return limax.view [3][voxel]
+function methods:weights(i) return part_of(self, "weights_view", i) end
+
+-- The pair of parents of robot i.
+local function pair_of(self, i)
+  local pairs_of_parents = self.parts.pairs
+  if not pairs_of_parents then
+    engine.fail "robots:parents: only a mutation and a crossover have parents"
+  end
+  return pairs_of_parents[i]
+end
+
+--- The genes of both parents of robot i, in a mutation or crossover.
+---@param i integer
+---@return limax.view first [gene]
+---@return limax.view second [gene]
+function methods:parents(i)
+  local pair, parents = pair_of(self, i), self.parts.parents
+  return parents:genome(pair[1]), parents:genome(pair[2])
+end
+
+--- Random numbers for robot i, the same in every run with the same seed.
+---@param i integer
+---@return limax.random
+function methods:random(i)
+  local parts = self.parts
+  if not parts.counter then
+    engine.fail "robots:random: a body depends on its genes only: elites are expressed again"
+  end
+  return engine.random(parts.seed, parts.repetition, "variation", self.generation,
+    parts.counter + i)
+end
+
+-- ---- the engine's operators ---------------------------------------------------------------------
+
+--- Initial genes by the engine's rule.
+---@param rows? integer[] all rows if left out
+function methods:initialize(rows)
+  end_views(self)
+  each_run(rows or self.rows, function(first, count)
+    self.parts.population:initialize(first, count, self.generation)
+  end)
+end
+
+-- Breeds rows with these rates.
+local function breed(self, rows, parents, pairs_of_parents, rates)
+  local parts = self.parts
+  end_views(self)
+  each_run(rows or self.rows, function(first, count)
+    local of_rows = {}
+    for k = 1, count do of_rows[k] = pairs_of_parents[first + k - 1] end
+    parts.population:breed(parents, of_rows, { seed = parts.seed,
+      repetition = parts.repetition, generation = self.generation,
+      mutation_rate = rates.mutation_rate or 0, mutation_scale = rates.mutation_scale or 0,
+      crossover_rate = rates.crossover_rate or 0 }, parts.device, first, count)
+  end)
+end
+
+--- Uniform crossover by the engine: each gene comes from the second parent with this chance.
+---@param rows? integer[] all rows if left out
+---@param rate? number crossover_rate of the parameters if left out
+function methods:cross(rows, rate)
+  pair_of(self, self.rows[1] or 1)
+  breed(self, rows, self.parts.parents, self.parts.pairs,
+    { crossover_rate = rate or self.parameters.crossover_rate })
+end
+
+--- Gaussian mutation by the engine: each gene changes with this chance by N(0, scale^2).
+---@param rows? integer[] all rows if left out
+---@param rates? { mutation_rate?: number, mutation_scale?: number } those of the parameters if
+--- left out
+function methods:mutate(rows, rates)
+  rates = rates or {}
+  local population, same = self.parts.population, {}
+  local before = self.parts.empty()
+  before:set_genomes(population:genomes_array())
+  for i = 1, population.count do same[i] = { i, i } end
+  breed(self, rows, before, same, {
+    mutation_rate = rates.mutation_rate or self.parameters.mutation_rate,
+    mutation_scale = rates.mutation_scale or self.parameters.mutation_scale })
+  before:free()
+end
+
+--- Genes to voxels and weights by the network of the encoding; keeps separate parts.
+---@param rows? integer[] all rows if left out
+function methods:express(rows)
+  end_views(self)
+  each_run(rows or self.rows, function(first, count)
+    self.parts.population:express(self.materials, { device = self.parts.device,
+      largest_part = false }, first, count)
+  end)
+end
+
+return batch

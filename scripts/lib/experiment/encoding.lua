@@ -1,0 +1,116 @@
+--- encoding.lua: how genes become bodies. An encoding is a table of functions that work on many
+--- robots at once (batch.lua); what it leaves out is done by the engine. `genome = { encoding =
+--- "cppn" }` names one of the library, `{ "symmetric", of = "cppn" }` gives it options, and a
+--- table with `genes` and `express` is a script's own.
+
+local choice = require "limax.base.choice"
+local engine = require "limax.engine"
+local schema = require "limax.engine.schema"
+local strict = require "limax.engine.strict"
+
+local encoding = strict.module "limax.encoding"
+
+---@class limax.encoding.definition
+---@field name string
+---@field network "fourier"|"cppn"|"direct"|nil of the engine, which then counts the genes
+---@field genes integer|fun(context: limax.encoding.context): integer of a robot, without a network
+---@field initialize? fun(robots: limax.batch) the genes of new robots; else N(0, initial_scale^2)
+---@field express fun(robots: limax.batch) genes to voxels and weights
+---@field cross? fun(robots: limax.batch) genes of the parents to genes of the offspring
+---@field mutate? fun(robots: limax.batch) changes the genes of the offspring
+
+---@class limax.encoding.context
+---@field lattice integer[] voxels along x, y, z
+---@field voxels integer of a lattice
+---@field materials integer number of materials, the empty one included
+---@field get fun(spec: any): limax.encoding.definition another encoding
+
+--- The encodings of the library, by name: their options, and the fields of `genome` that they use.
+---@type table<string, limax.choice.entry>
+encoding.entries = {}
+
+--- fourier: the paper's network, which reads the Gaussian positional encoding of a voxel's centre.
+encoding.entries.fourier = require "limax.experiment.encodings.fourier"
+
+--- cppn: a network that reads the centre itself and has periodic and Gaussian units.
+encoding.entries.cppn = require "limax.experiment.encodings.cppn"
+
+--- direct: every voxel has genes of its own.
+encoding.entries.direct = require "limax.experiment.encodings.direct"
+
+--- symmetric: the bodies of another encoding, `of`, mirrored along an axis.
+encoding.entries.symmetric = require "limax.experiment.encodings.symmetric"
+
+--- l_system: a body that grows by rewriting words of a small grammar, in Lua only.
+encoding.entries.l_system = require "limax.experiment.encodings.l_system"
+
+local function a_function(value, path)
+  if value == nil or type(value) == "function" then return value end
+  return nil, ("%s: expected a function, got %s"):format(path, schema.show(value))
+end
+
+local function genes_rule(value, path)
+  if type(value) == "function" then return value end
+  return schema.required(schema.whole(1, 1e6))(value, path)
+end
+
+local own_fields = schema.fields { name = schema.string, genes = genes_rule,
+  initialize = a_function, express = schema.required(a_function), cross = a_function,
+  mutate = a_function }
+
+-- The definition of a script's own encoding.
+local function own(spec, context)
+  local definition, message = own_fields(spec, "genome.encoding")
+  if not definition then engine.fail(message) end
+  definition.name = definition.name or "function"
+  if type(definition.genes) == "function" then
+    local count = definition.genes(context)
+    definition.genes, message = schema.required(schema.whole(1, 1e6))(count,
+      "genome.encoding.genes: its result")
+    if message then engine.fail(message) end
+  end
+  return definition
+end
+
+--- The fields of `genome` besides `require_muscle` that an encoding uses.
+---@param spec any
+---@return table<string, true>
+function encoding.fields(spec)
+  if type(spec) == "table" and spec[1] == nil then return { initial_scale = true } end
+  local name = type(spec) == "table" and spec[1] or spec
+  local entry = encoding.entries[name]
+  if entry.fields then return entry.fields end
+  -- one that wraps another
+  return encoding.fields(type(spec) == "table" and spec.of or "fourier")
+end
+
+--- The encoding that an experiment names.
+---@param spec string|table
+---@param shape { lattice: integer[], materials: integer }
+---@return limax.encoding.definition
+function encoding.get(spec, shape)
+  local context = { lattice = shape.lattice, materials = shape.materials,
+    voxels = shape.lattice[1] * shape.lattice[2] * shape.lattice[3],
+    get = function(inner) return encoding.get(inner, shape) end }
+  if type(spec) == "table" and spec[1] == nil then return own(spec, context) end
+  local name, options = choice.read("genome.encoding", spec, encoding.entries)
+  local definition = encoding.entries[name].make(options, context)
+  definition.name = name
+  definition.by_engine = definition.express == nil
+  definition.express = definition.express or function(robots) robots:express() end
+  return definition
+end
+
+--- The engine's encoding of a definition.
+---@param definition limax.encoding.definition
+---@param genome table the fields of an experiment's `genome`
+---@param shape { lattice: integer[], materials: integer, seed: any, repetition: integer }
+---@return limax.encoding
+function encoding.of_engine(definition, genome, shape)
+  return engine.encoding { network = definition.network or "none", genes = definition.genes,
+    features = genome.features, sigma = genome.sigma, hidden = genome.hidden,
+    initial_scale = genome.initial_scale, lattice = shape.lattice, materials = shape.materials,
+    seed = shape.seed, repetition = shape.repetition }
+end
+
+return strict.close("limax.encoding", encoding)

@@ -1,0 +1,111 @@
+--- genes.lua: genes of new robots and of offspring, and their bodies, by an encoding and a
+--- variation: by the engine, or by functions of a script on batches of robots.
+
+local batch = require "limax.experiment.batch"
+local failure = require "limax.base.failure"
+
+local genes = {}
+
+---@class limax.genes.rules what genes are made and read by
+---@field encoding limax.encoding.definition
+---@field variation { mutation: limax.variation.step, crossover: limax.variation.step }
+---@field lattice integer[] voxels along x, y, z
+---@field materials limax.materials
+---@field parameters table<string, number> mutation_rate, mutation_scale, crossover_rate
+---@field state table|nil of the experiment's functions
+---@field seed number|string
+---@field repetition integer
+---@field require_muscle boolean
+---@field device limax.device|nil
+---@field empty fun(): limax.population another population of the same size
+
+-- What a random number of a script is drawn for; robots count below 2^24.
+local PHASE = { initialize = 0, mutation = 1, crossover = 2 }
+
+-- Calls a function of a script on rows of a population.
+local function call(what, own, rules, population, rows, fields)
+  local phase = PHASE[fields.phase]
+  local robots = batch.new { rows = rows, generation = fields.generation, lattice = rules.lattice,
+    materials = rules.materials, parameters = rules.parameters, state = rules.state,
+    records = fields.records, parent_records = fields.parent_records,
+    parts = { population = population, pairs = fields.pairs, parents = fields.parents,
+      seed = rules.seed, repetition = rules.repetition, device = rules.device,
+      counter = phase and phase * 2 ^ 24, empty = rules.empty } }
+  local ok, problem, trace = failure.attempt_watched(what, own, robots)
+  if not ok then failure.raise_again(problem, trace) end
+end
+
+local function rows_of(first, last)
+  local rows = {}
+  for i = first, last do rows[#rows + 1] = i end
+  return rows
+end
+
+--- The genes of new robots.
+---@param rules limax.genes.rules
+---@param population limax.population of the engine
+---@param rows integer[]
+---@param generation integer
+function genes.initialize(rules, population, rows, generation)
+  local own = rules.encoding.initialize or function(robots) robots:initialize() end
+  call("the encoding's initialize", own, rules, population, rows,
+    { phase = "initialize", generation = generation })
+end
+
+--- Genes to bodies: the largest part of each.
+---@param rules limax.genes.rules
+---@param population limax.population of the engine
+---@param first? integer 1 if left out
+---@param count? integer all the rest if left out
+function genes.express(rules, population, first, count)
+  if rules.encoding.by_engine then
+    population:express(rules.materials,
+      { require_muscle = rules.require_muscle, device = rules.device }, first, count)
+    return
+  end
+  first = first or 1
+  count = count or population.count - first + 1
+  call("the encoding's express", rules.encoding.express, rules, population,
+    rows_of(first, first + count - 1), {})
+  population:check(rules.materials,
+    { require_muscle = rules.require_muscle, largest_part = true }, first, count)
+end
+
+---@class limax.genes.plan
+---@field generation integer of the offspring
+---@field elites integer number of robots that are copied, which come first
+---@field pairs integer[][] two indices into the parents for each robot
+---@field parents limax.population of the engine
+---@field records table[] of the offspring
+---@field parent_records table[]
+
+--- Breeds a population: elites are copies, the others cross and mutate.
+---@param rules limax.genes.rules
+---@param plan limax.genes.plan
+---@return limax.population
+function genes.breed(rules, plan)
+  local population, parameters = rules.empty(), rules.parameters
+  local mutation, crossover = rules.variation.mutation, rules.variation.crossover
+  -- the engine crosses before it mutates, so it mutates now only where no script comes in between
+  local in_script = mutation.call or crossover.call
+  population:breed(plan.parents, plan.pairs, {
+    mutation_rate = not (in_script or mutation.none) and parameters.mutation_rate or 0,
+    mutation_scale = parameters.mutation_scale,
+    crossover_rate = not (crossover.call or crossover.none) and parameters.crossover_rate or 0,
+    seed = rules.seed, repetition = rules.repetition, generation = plan.generation,
+    elites = plan.elites }, rules.device)
+  if not in_script then return population end
+  local rows = rows_of(plan.elites + 1, population.count)
+  local function apply(phase, own)
+    call("the " .. phase, own, rules, population, rows, { phase = phase,
+      generation = plan.generation, records = plan.records, parent_records = plan.parent_records,
+      pairs = plan.pairs, parents = plan.parents })
+  end
+  if crossover.call then apply("crossover", crossover.call) end
+  if not mutation.none then
+    apply("mutation", mutation.call or function(robots) robots:mutate() end)
+  end
+  return population
+end
+
+return genes
