@@ -107,7 +107,7 @@ end
 
 -- Prints how to extend a run that has ended. Another number of generations changes no score.
 local function say_finished(session, config)
-  local limit = config.evaluations and "evaluations" or "generations"
+  local limit = session.limit
   table.insert(session.notes, ("this run is finished: nothing is left to compute. To extend it:\n"
     .. "  %s --changed --set %s=%d"):format(shell.resume_command(session.path), limit,
     2 * config[limit]))
@@ -127,6 +127,7 @@ local function plan(session, config)
     session.generations = session.generations + 1
     evaluations[r] = (evaluations[r] or 0) + line.evaluations
     complete[r] = not budget.allows_another(config, line.generation + 1, evaluations[r])
+    session.limit = budget.limit(config, line.generation + 1)
   end
   for r = session.first, session.last do
     if not complete[r] then table.insert(session.left, r) end

@@ -132,7 +132,7 @@ end
 local function say_complete(run)
   local config, last = run.config, run.history[#run.history]
   if not last or budget.allows_another(config, last.generation + 1, run.evaluations) then return end
-  local limit = last.generation + 1 < config.generations and "evaluations" or "generations"
+  local limit = budget.limit(config, last.generation + 1)
   run:say(("%s is complete: the loop visits only its last generation again; to extend the run, set"
     .. " %s = %d in the experiment and changed = true in limax.start"):format(run.folder.path,
     limit, 2 * config[limit]))

@@ -14,6 +14,12 @@ function budget.allows_another(config, generations, evaluations)
   return not config.evaluations or evaluations + config.population <= config.evaluations
 end
 
+--- The field of an experiment that ended a repetition, and must grow for it to go on.
+---@param generations integer scored
+function budget.limit(config, generations)
+  return generations >= config.generations and "generations" or "evaluations"
+end
+
 --- The largest possible number of generations of a repetition: with the largest share of elites,
 --- all of which keep their scores.
 function budget.most_generations(config)
