@@ -41,8 +41,8 @@ return {
     .. "before. `limax` is loaded; ?name describes a name, ? lists all topics. Tab completes.\n"
     .. "Files run first; their names remain defined, and the return value of the last one is `_`.\n"
     .. "Ctrl-C interrupts.\n\n"
-    .. "`limax repl < FILE`, or a pipe, runs lines as if they were typed, without a prompt; the first\n"
-    .. "error, named with its line, ends it with status 1. The history is in\n"
+    .. "`limax repl < FILE`, or a pipe, runs lines as if they were typed, without a prompt; the\n"
+    .. "first error, named with its line, ends it with status 1. The history is in\n"
     .. "limax/history below $XDG_STATE_HOME (~/.local/state); limax/repl.lua below\n"
     .. "$XDG_CONFIG_HOME (~/.config) runs before the first prompt.",
   options = {
