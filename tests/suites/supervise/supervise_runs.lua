@@ -141,7 +141,7 @@ suite:test("supervisors keep no state outside of the history: a resume gives the
     begun.folder:close()
     local folder = run_folder.open(parts)
     local run = limax.start(free(spec, short), { folder = folder, say = evolution.silent })
-    run:restore(folder, true)
+    run:restore(folder)
     run:finish()
     folder:close()
     evolution.same_files(t, parts, whole, { "metrics.jsonl", "ledger.jsonl",
