@@ -55,6 +55,7 @@ function shared:free(why)
   if not self.handle then return end
   ffi.gc(self.handle, nil)
   self.end_handle(self.handle)
+  memory.freed()
   object.set(self, "handle", nil)
   object.set(self, "freed", fault.where())
   why = why or ("its %s was freed"):format(self.kind_name)
