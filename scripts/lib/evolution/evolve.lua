@@ -138,6 +138,14 @@ local function say_complete(run)
     limit, 2 * config[limit]))
 end
 
+-- What failed supervisors did to a run; nil where none failed. Ledgers of old entries are on disk.
+local function failure_text(entries)
+  local any = false
+  for _, entry in ipairs(entries) do any = any or entry.supervisor_failed end
+  return any and supervision.failure_text(supervision.failures(entries,
+    function(k) return entries[k].ledger.source end))
+end
+
 -- ---- the loop -----------------------------------------------------------------------------------
 
 --- Makes one repetition of an experiment, ready for `:generations()`.
@@ -175,9 +183,7 @@ function Run:generations()
     end
     self.population, self.upcoming = self.upcoming or nil, nil
     if not self.population then
-      local records = {}
-      for k, entry in ipairs(self.history) do records[k] = entry.ledger end
-      local text = supervision.failure_text(supervision.failures(self.history, records))
+      local text = failure_text(self.history)
       if text then self:say(("repetition %d: %s"):format(self.repetition, text)) end
       self:close()
     end

@@ -114,13 +114,15 @@ function run.new(experiment, options)
       repetition = repetition })
   world.first_step, world.first_step_material =
     full_body.bound(config.lattice, first, world.scene, world.options, device)
-  return setmetatable({ experiment = experiment, config = config, repetition = repetition,
+  local self = setmetatable({ experiment = experiment, config = config, repetition = repetition,
     world = world, device = device, scene = world.scene, options = world.options,
     encoding = encoding, first_materials = first, first_fields = materials.fields(first),
     first_step = world.first_step,
     limits = ledger.limits(config.population, config.supervision.ranges, config.supervision),
-    history = {}, evaluations = 0, folder = folder, owns_folder = options.out ~= nil,
-    on_generation = options.on_generation, live_prompts = options.live_prompts }, Run), comparison
+    history = {}, texts = {}, evaluations = 0, folder = folder, owns_folder = options.out ~= nil,
+    on_generation = options.on_generation, live_prompts = options.live_prompts }, Run)
+  self.entries = record.entries(self)
+  return self, comparison
 end
 
 --- Shows the notes of an experiment, once however many repetitions it has.

@@ -238,16 +238,22 @@ function run_files.config(folder)
   return config
 end
 
--- The objects of a text with one on each line, and the text of each.
+--- The object of a line.
+---@param kind limax.run_files.kind
+---@param where string file and line, for a message
+---@return table
+function run_files.line(json, kind, where) return checked(json, kind, where) end
+
+-- The objects of a text with one on each line.
 local function objects(content, kind, path, check)
-  local lines, texts = {}, {}
+  local lines = {}
   for json in content:gmatch "([^\n]*)\n" do
     local where = ("%s, line %d"):format(path, #lines + 1)
     local value = checked(json, kind, where)
     if check then check(value, where) end
-    lines[#lines + 1], texts[value] = value, json .. "\n"
+    lines[#lines + 1] = value
   end
-  return lines, texts
+  return lines
 end
 
 -- The first field of a table that another one lacks, also in its tables.
@@ -264,7 +270,6 @@ end
 --- and ignored. The generations of each repetition follow one another from 0.
 ---@param kind limax.run_files.kind
 ---@return table[] lines
----@return table<table, string> text_of each, with its end
 function run_files.lines(path, kind)
   local following, first = {}, nil
   return objects(text_of(path), kind, path, function(value, where)
@@ -289,7 +294,7 @@ end
 ---@param content string of the file
 ---@param path string its name
 ---@return table[]
-function run_files.robots(content, path) return (objects(content, "population", path)) end
+function run_files.robots(content, path) return objects(content, "population", path) end
 
 --- Calls a function with a value of a file; an error of it is one of the file.
 ---@param where string file and line
