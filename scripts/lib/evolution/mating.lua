@@ -52,15 +52,28 @@ function mating.pool(robots, parents)
   return pool
 end
 
+--- The two parents of a robot that the selection chooses.
+---@param pool limax.population.scored
+---@param child integer index in the next generation
+---@param choose fun(pool: limax.population.scored, child: integer): integer, integer
+---@param place? string of the script's own selection: FILE:LINE
+---@return integer[]
+function mating.chosen(pool, child, choose, place)
+  local first, second = choose(pool, child)
+  local what = ("the selection's choice%s for robot %d of generation %d")
+    :format(place and (" (%s)"):format(place) or "", child, pool.generation + 1)
+  return { check_index(first, pool, what), check_index(second, pool, what) }
+end
+
 --- One pair of indices per robot of the next generation: an elite twice, then two parents for each
---- offspring, by `select(child)` or as the script names them.
+--- offspring, by `choose` or as the script names them.
 ---@param robots limax.population.scored the pool that pairs refer to
 ---@param elites integer[]
 ---@param named? integer[][]
----@param select fun(child: integer): integer, integer
+---@param choose fun(pool: limax.population.scored, child: integer): integer, integer
 ---@param place? string of the script's own selection: FILE:LINE
 ---@return integer[][]
-function mating.pairs(robots, elites, named, select, place)
+function mating.pairs(robots, elites, named, choose, place)
   local wanted = #robots - #elites
   if named and #named ~= wanted then
     failure.raise(1, ("breed: %d elites and %d pairs of parents make %d robots; the population"
@@ -69,12 +82,9 @@ function mating.pairs(robots, elites, named, select, place)
   local list = {}
   for k, index in ipairs(elites) do list[k] = { index, index } end
   for k = 1, wanted do
-    local child = #elites + k
-    local what = ("the selection's choice%s for robot %d of generation %d")
-      :format(place and (" (%s)"):format(place) or "", child, robots.generation + 1)
-    if named then what = ("breed: a parent in parents[%d]"):format(k) end
-    local pair = named and named[k] or { select(child) }
-    list[child] = { check_index(pair[1], robots, what), check_index(pair[2], robots, what) }
+    local child, what = #elites + k, ("breed: a parent in parents[%d]"):format(k)
+    list[child] = named and { check_index(named[k][1], robots, what),
+      check_index(named[k][2], robots, what) } or mating.chosen(robots, child, choose, place)
   end
   return list
 end
@@ -92,13 +102,15 @@ end
 ---@param elites integer number of the pairs that are elites, which come first
 ---@param parents integer[][] a pair of indices per robot
 ---@param keep boolean do elites keep their scores?
+---@param homes? integer[] the island of each robot
 ---@return table[]
-function mating.records(robots, elites, parents, keep)
+function mating.records(robots, elites, parents, keep, homes)
   local generation, list = robots.generation + 1, {}
   for i, pair in ipairs(parents) do
     local first, second = robots.records[pair[1]], robots.records[pair[2]]
     list[i] = i <= elites and elite_record(first, keep) or { id = generation * #robots + i,
       generation = generation, origin = "bred", parents = { first.id, second.id } }
+    list[i].island = homes and homes[i]
   end
   return list
 end

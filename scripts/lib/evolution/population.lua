@@ -39,6 +39,7 @@ local scoring = require "limax.robot.scoring"
 ---@field records table[] one plain table per robot, the lines of its population file
 ---@field evaluations integer robots simulated for their score
 ---@field timing table<string, number> s of each step
+---@field island integer|nil number of the island of which survival and selection see the robots
 ---@field state table|nil that of the experiment's functions; scripts may write to it
 local Population = strict.methods "population"
 local class = { methods = Population }

@@ -82,6 +82,33 @@ local function ranges(value, path)
   return result
 end
 
+local topology = schema.choice(defaults.topologies)
+local island_rule = with(rules_of(fields.islands), {
+  topology = function(value, path)
+    return topology(value == nil and defaults.topologies[1] or value, path)
+  end,
+})
+
+-- An experiment without islands has no such field.
+local function islands(value, path)
+  if value == nil then return nil end
+  return island_rule(value, path)
+end
+
+-- What is wrong with the islands of a configuration; nil if nothing.
+local function islands_problem(config)
+  local options = config.islands
+  local size = options and config.population / options.count
+  if not options then return nil end
+  if size % 1 ~= 0 or size < 2 then
+    return ("islands.count: the population of %d robots does not make %d equal islands of at least"
+      .. " 2 robots"):format(config.population, options.count)
+  elseif options.migrants >= size then
+    return ("islands.migrants: expected at most %d, one robot less than an island has, got %d")
+      :format(size - 1, options.migrants)
+  end
+end
+
 -- Robots that a repetition may simulate. No default: generations are the limit.
 local evaluations = schema.number { unit = "robots", minimum = 2, maximum = 1e9, integer = true }
 
@@ -106,6 +133,7 @@ local rules = schema.fields {
   generations = schema.number(fields.experiment.generations),
   evaluations = evaluations,
   repetitions = schema.number(fields.experiment.repetitions),
+  islands = islands,
   breeding = with(rules_of(fields.breeding), {}),
   fitness = anything,
   selection = anything,
@@ -224,6 +252,8 @@ local function resolve(spec, origin)
     return nil, ("evaluations: expected at least one population, %d robots, got %d"):format(
       config.population, config.evaluations)
   end
+  message = islands_problem(config)
+  if message then return nil, message end
   local parts
   config.materials, message = read_materials(spec.materials, origin)
   if message then return nil, message end
@@ -273,8 +303,8 @@ end
 
 --- Checks and resolves an experiment. Errors raise at the caller's line, with exit status 2.
 --- Fields: name, lattice, materials, seed, genome, scene, simulation, record, population,
---- generations, evaluations, repetitions, breeding, fitness (the one without a default), selection,
---- survival, state, supervisor, supervision, not_in_paper.
+--- generations, evaluations, repetitions, islands, breeding, fitness (the one without a default),
+--- selection, survival, state, supervisor, supervision, not_in_paper.
 ---@param spec table
 ---@return limax.experiment
 function experiment.new(spec)

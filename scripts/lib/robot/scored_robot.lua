@@ -33,6 +33,7 @@ local function fail(pattern, ...) engine.fail(pattern:format(...)) end
 ---@field parents integer[] ids, none or two
 ---@field generation integer that it first appeared in
 ---@field origin string "initial", "elite", "bred" or "hand"
+---@field island integer|nil that it is on, in an experiment with islands
 ---@field status "done"|"invalid"|"diverged"|"failed" how its simulation ended
 ---@field reason string|nil why not "done"
 ---@field fitness number|nil its score; nil without one
@@ -46,7 +47,8 @@ local function fail(pattern, ...) engine.fail(pattern:format(...)) end
 ---@field context limax.robot.context population, simulation, scene and options
 local methods = strict.methods "robot"
 
-local of_record = { id = true, parents = true, generation = true, origin = true, status = true,
+local of_record = { id = true, parents = true, generation = true, origin = true, island = true,
+  status = true,
   reason = true, fitness = true, cases = true, measures = true }
 
 -- Fields that are made once, when they are first read.

@@ -41,6 +41,7 @@ local ALWAYS_KEPT = { repetition = true, generation = true, best = true, best_st
 ---@field quantiles table<string, number> q10, q25, q50, q75, q90
 ---@field measures? table<string, table> of each number that the fitness names: champion, mean,
 --- least, most
+---@field islands? { scored: integer, best?: number, mean?: number }[] with islands
 ---@field diversity { all: table, top: table } hamming, genotype, distinct, robots, material_shares
 ---@field failed { invalid: integer, diverged: integer, fitness: integer } robots without a score
 ---@field coarse integer robots of which a mass moved farther than a tenth of an edge in one step

@@ -121,7 +121,7 @@ local rules = {
     materials = required(schema.table), scene = required(schema.table),
     supervision = required(schema.table), simulation = required(simulation),
     record = required(complete(settings.record)), fitness = required(choice),
-    selection = required(choice), survival = choice, state = choice,
+    selection = required(choice), survival = choice, state = choice, islands = schema.table,
     supervisor = required(choice),
     not_in_paper = list(text, "a list of texts"),
     run = required(record {
@@ -156,6 +156,8 @@ local rules = {
       hash = required(text) }),
     diversity = required(record { all = required(diversity), top = required(diversity) }),
     measures = map(record { champion = number, mean = number, least = number, most = number }),
+    islands = list(record { best = number, mean = number, scored = required(count) },
+      "a list of islands"),
     parameters = required(map(number)), materials = required(map(map(number))),
     supervisor_failed = schema.boolean(),
   }),
@@ -175,7 +177,7 @@ local rules = {
   population = record {
     schema = schema_of "population", id = required(count), generation = required(count),
     parents = required(list(count, "a list of ids")),
-    origin = required(schema.choice { "initial", "bred", "elite" }),
+    origin = required(schema.choice { "initial", "bred", "elite" }), island = count,
     status = required(schema.choice { "done", "invalid", "diverged", "failed" }), reason = text,
     step_size = finite,
     fitness = finite, cases = list(finite, "a list of numbers"), measures = map(finite),

@@ -46,6 +46,7 @@ return limax.experiment {
   selection = function(population, random)
     return population.ranked[1], random:integer(#population)
   end,
+  islands = { count = 3, every = 2 },
   survival = { "plus", share = 0.3 }, state = function() return { sum = 0 } end,
   supervision = { materials = true, ranges = { mutation_rate = { 0.01, 0.2 } } },
   supervisor = function(history)
