@@ -6,6 +6,7 @@ local evolution = require "support.evolution"
 local host = require "limax.host"
 local limax = require "limax"
 local ledger = require "limax.supervise.ledger"
+local run_folder = require "limax.run.run_folder"
 
 local suite = require("limax.test").suite "supervise_runs"
 
@@ -138,7 +139,11 @@ suite:test("supervisors keep no state outside of the history: a resume gives the
       robots:simulate():score():breed()
     end
     begun.folder:close()
-    limax.start(free(spec, short), { out = parts, resume = true, say = evolution.silent }):finish()
+    local folder = run_folder.open(parts)
+    local run = limax.start(free(spec, short), { folder = folder, say = evolution.silent })
+    run:restore(folder, true)
+    run:finish()
+    folder:close()
     evolution.same_files(t, parts, whole, { "metrics.jsonl", "ledger.jsonl",
       "r01/population/g0005.jsonl" })
   end
