@@ -8,7 +8,8 @@ local memory = {}
 
 -- bytes below which nothing is collected
 local FLOOR = 64 * 1024 * 1024
--- handles made between two collections; they also bound other resources, such as threads
+-- handles made and not freed between two collections; they also bound other resources, such as
+-- threads
 local HANDLES = 256
 
 local limit = FLOOR
@@ -32,5 +33,8 @@ function memory.collect(weight)
   limit = math.max(FLOOR, 2 * memory.bytes_held())
   return true
 end
+
+--- Counts a handle that a script freed: nothing needs to be collected for it.
+function memory.freed() made = math.max(0, made - 1) end
 
 return memory

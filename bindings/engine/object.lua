@@ -12,18 +12,18 @@ local strict = require "limax.engine.strict"
 local object = {}
 
 ---@class limax.life
----@field stamp integer increases whenever the data of the views are replaced
+---@field stamp ffi.cdata* int32_t[1], increases whenever the data of the views are replaced
 ---@field why string|nil why it increased last, with the line
 
 --- A new life.
 ---@return limax.life
-function object.life() return { stamp = 1 } end
+function object.life() return { stamp = ffi.new("int32_t[1]", 1) } end
 
 --- Invalidates every view of `life` that exists now.
 ---@param life limax.life
 ---@param why string completes "this view ended when ..."
 function object.end_views(life, why)
-  life.stamp = life.stamp + 1
+  life.stamp[0] = life.stamp[0] + 1
   life.why = ("%s (%s)"):format(why, fault.where())
 end
 
@@ -55,6 +55,7 @@ function shared:free(why)
   if not self.handle then return end
   ffi.gc(self.handle, nil)
   self.end_handle(self.handle)
+  memory.freed()
   object.set(self, "handle", nil)
   object.set(self, "freed", fault.where())
   why = why or ("its %s was freed"):format(self.kind_name)

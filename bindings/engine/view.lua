@@ -6,7 +6,8 @@
 ---
 --- In LuaJIT only cdata may define both `#` and `ipairs`. A view is an empty struct, with its state
 --- in a weak table. A row of numbers is a struct with a copy of its numbers, so that it needs no
---- owner and a loop over `trace[i][axis]` allocates no table.
+--- owner and a loop over `trace[i][axis]` allocates no table. The numbers along the last axis of a
+--- writable view are a struct with all that an access needs, since scripts access millions of them.
 
 local ffi = require "ffi"
 local fault = require "limax.engine.fault"
@@ -30,7 +31,10 @@ local FIELDS = { unit = true, rate = true, samples = true, columns = true }
 ---@type table<ffi.cdata*, { form: table, axis: integer, offset: integer, parts: limax.view[]|nil }>
 local states = setmetatable({}, { __mode = "k" })
 local class, methods = {}, strict.methods "view"
-local new_view
+local new_view, new_cells
+
+-- the life of views whose memory is their own
+local ENDLESS = { stamp = ffi.new("int32_t[1]", 1) }
 
 local function shape_text(shape) return "[" .. table.concat(shape, "][") .. "]" end
 
@@ -110,7 +114,7 @@ end
 -- ---- a view -------------------------------------------------------------------------------------
 
 local function part(form, axis, offset)
-  local self = new_view()
+  local self = form.range and axis == #form.shape and new_cells(form, offset) or new_view()
   states[self] = { form = form, axis = axis, offset = offset }
   return self
 end
@@ -126,7 +130,7 @@ local function parts_of(state)
 end
 
 local function require_valid(form)
-  if form.life.stamp == form.stamp then return end
+  if form.life.stamp[0] == form.stamp then return end
   fault.raise(("this view of %s ended when %s"):format(form.what,
     form.life.why or "its owner was freed"))
 end
@@ -144,7 +148,7 @@ function class:__index(key)
   local state = states[self]
   local form, axis = state.form, state.axis
   if not is_index(key, form.shape[axis]) then return field_of(state, key) end
-  if form.life.stamp ~= form.stamp then require_valid(form) end
+  if form.life.stamp[0] ~= form.stamp then require_valid(form) end
   local left = #form.shape - axis
   -- a row of a writable view is a view, not a copy
   if left > 1 or left == 1 and form.range then return (state.parts or parts_of(state))[key] end
@@ -163,23 +167,11 @@ local function refuse_write(state, key, value)
   end
   if not is_index(key, form.shape[axis]) then field_of(state, key) end
   if not is_index(key, form.shape[axis]) then read_only(("%s.%s"):format(form.what, key)) end
+  require_valid(form)
   schema.refuse(("%s[%d]"):format(form.what, key), schema.expected(range), value)
 end
 
-function class:__newindex(key, value)
-  local state = states[self]
-  local form, axis = state.form, state.axis
-  local range = form.range
-  -- also false for NaN
-  if range and axis == #form.shape and is_index(key, form.shape[axis])
-    and type(value) == "number" and value >= range.minimum and value <= range.maximum
-    and (not range.integer or value == math.floor(value)) then
-    if form.life.stamp ~= form.stamp then require_valid(form) end
-    form.data[state.offset + (key - 1) * form.strides[axis]] = value
-    return
-  end
-  refuse_write(state, key, value)
-end
+function class:__newindex(key, value) refuse_write(states[self], key, value) end
 
 function class:__len()
   local state = states[self]
@@ -195,6 +187,47 @@ end
 
 new_view = ffi.metatype("struct {}", class)
 
+-- ---- the last axis of a writable view -----------------------------------------------------------
+
+-- The type of writable rows of an element type; their numbers are whole ones or any. Its fields are
+-- read-only for scripts too.
+local function make_cells_type(element, integer)
+  local cells = {}
+  for name, method in pairs(class) do cells[name] = method end
+  function cells:__index(key)
+    if is_index(key, self.count_) and self.stamp_[0] == self.made_ then
+      return self.data_[key - 1]
+    end
+    return class.__index(self, key)
+  end
+  function cells:__newindex(key, value)
+    -- also false for NaN
+    if is_index(key, self.count_) and self.stamp_[0] == self.made_ and type(value) == "number"
+      and value >= self.least_ and value <= self.most_
+      and (not integer or value == math.floor(value)) then
+      self.data_[key - 1] = value
+    else
+      refuse_write(states[self], key, value)
+    end
+  end
+  return ffi.metatype(([[struct {
+    %s *const data_; const int32_t *const stamp_;
+    const double least_, most_; const int32_t count_, made_;
+  }]]):format(element), cells)
+end
+
+-- by element type
+local cells_types = { integer = {}, number = {} }
+
+-- The numbers from `offset` on; they are next to each other.
+function new_cells(form, offset)
+  local range, element = form.range, form.element
+  local kinds = range.integer and cells_types.integer or cells_types.number
+  kinds[element] = kinds[element] or make_cells_type(element, range.integer)
+  return kinds[element](form.data + offset, form.life.stamp, range.minimum, range.maximum,
+    form.shape[#form.shape], form.stamp)
+end
+
 --- A view over memory of an object, which it keeps alive.
 ---@param owner table|ffi.cdata* an object, or memory that nothing replaces
 ---@param what string its name in messages ("voxels")
@@ -203,15 +236,16 @@ new_view = ffi.metatype("struct {}", class)
 ---@param shape integer[] lengths along the axes
 ---@param options? { strides?: integer[], life?: limax.life, fields?: table, range?: limax.range }
 --- elements between neighbours along each axis, row-major if left out; the owner's life; unit,
---- rate, samples; what scripts may write (minimum, maximum, integer), read-only if left out
+--- rate, samples; what scripts may write (minimum, maximum, integer; row-major), read-only if left
+--- out
 ---@return limax.view
 function view.new(owner, what, element, data, shape, options)
   options = options or {}
   local strides = options.strides or { [#shape] = 1 }
   for i = #shape - 1, 1, -1 do strides[i] = strides[i] or strides[i + 1] * shape[i + 1] end
-  local life = options.life or type(owner) == "table" and owner.life or { stamp = 1 }
+  local life = options.life or type(owner) == "table" and owner.life or ENDLESS
   return part({ what = what, data = data, element = element, shape = shape, strides = strides,
-    life = life, stamp = life.stamp, owner = owner, fields = options.fields,
+    life = life, stamp = life.stamp[0], owner = owner, fields = options.fields,
     range = options.range }, 1, 0)
 end
 

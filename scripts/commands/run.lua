@@ -113,24 +113,30 @@ local function say_finished(session, config)
     2 * config[limit]))
 end
 
--- Lists the repetitions that are left, and counts the generations that are done.
+-- Lists the repetitions that are left, and counts what is done.
 local function plan(session, config)
   session.first, session.last = session.only or 1, session.only or config.repetitions
   if session.last > config.repetitions then
     failure.raise(2, ("--repetition %d: the experiment has %d"):format(session.only,
       config.repetitions))
   end
-  local evaluations, complete = {}, {}
+  local folder = session.folder
   session.generations, session.left = 0, {}
-  for _, line in ipairs(session.folder and session.folder:lines "metrics" or {}) do
-    local r = line.repetition
-    session.generations = session.generations + 1
-    evaluations[r] = (evaluations[r] or 0) + line.evaluations
-    complete[r] = not budget.allows_another(config, line.generation + 1, evaluations[r])
-    session.limit = budget.limit(config, line.generation + 1)
-  end
   for r = session.first, session.last do
-    if not complete[r] then table.insert(session.left, r) end
+    local generations = 0
+    if folder then
+      generations = folder.lines:last(r) + 1
+      session.tally:add_earlier(r, function(visit) folder.lines:each_metrics(r, visit) end,
+        function(generation)
+          return run_files.robots(folder:population_text(r, generation), "population")
+        end)
+    end
+    session.generations = session.generations + generations
+    session.limit = generations > 0 and budget.limit(config, generations) or session.limit
+    if generations == 0
+      or budget.allows_another(config, generations, folder.lines:evaluations(r)) then
+      table.insert(session.left, r)
+    end
   end
 end
 
@@ -156,20 +162,12 @@ end
 -- Runs the repetitions that are left. `first_run` is the first of them, begun without a folder.
 local function compute(session, experiment, options, first_run)
   local folder = session.folder
-  for repetition = session.first, session.last do
-    local lines = {}
-    for k, each in ipairs(folder:generations(repetition, 0)) do lines[k] = each.metrics end
-    session.tally:add_earlier(repetition, lines, function(generation)
-      return run_files.robots(folder:population_text(repetition, generation), "population")
-    end)
-  end
   together.run { repetitions = session.left, at_once = session.at_once,
     on_progress = options.on_progress,
     begin = function(repetition)
       options.repetition = repetition
       local run = repetition == first_run.repetition and first_run
         or evolve.start(experiment, options)
-      run.folder = folder
       run:restore(folder)
       return run
     end }

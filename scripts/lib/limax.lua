@@ -7,7 +7,6 @@ local suggest = require "limax.engine.suggest"
 
 -- the module of each public name, and the field of it
 local public = {
-  archive = { "limax.archive" },
   defaults = { "limax.settings.defaults" },
   diversity = { "limax.run.diversity" },
   encoding = { "limax.encoding" },
@@ -28,7 +27,6 @@ local public = {
 ---@field version string of limax
 ---@field home string folder of scripts, materials and prompts
 ---@field engine limax.engine the low-level objects
----@field archive table archives by name
 ---@field defaults table every default of an experiment
 ---@field diversity table measures of how different the robots of a population are
 ---@field encoding table encodings by name

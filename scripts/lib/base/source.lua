@@ -11,17 +11,46 @@ source.folder_of = folder_of
 
 function source.name_of(path) return path:match "([^/]*)$" end
 
---- The whole text of a regular file; reading a pipe might wait forever.
+--- Opens a regular file for reading; reading a pipe might wait forever.
+---@return file*|nil
+---@return string|nil message
+function source.open(path)
+  if host.file.exists(path) == "other" then return nil, path .. ": is not a regular file" end
+  return io.open(path, "rb")
+end
+
+--- The whole text of a regular file.
 ---@return string|nil text
 ---@return string|nil message
 function source.read(path)
-  if host.file.exists(path) == "other" then return nil, path .. ": is not a regular file" end
-  local file, message = io.open(path, "rb")
+  local file, message = source.open(path)
   if not file then return nil, message end
   local text = file:read "*a"
   file:close()
   if not text then return nil, path .. ": cannot be read" end
   return text
+end
+
+--- Reads a file line by line, in blocks: memory does not grow with the file.
+---@param file file*
+---@param bytes integer|nil of it; all if left out
+---@param visit fun(line: string, at: integer) a line with its end, and the offset of its beginning
+---@return integer bytes of whole lines
+function source.each_line(file, bytes, visit)
+  local at, left, rest = 0, bytes or math.huge, ""
+  while left > 0 do
+    local block = file:read(math.min(left, 65536))
+    if not block then break end
+    left, rest = left - #block, rest .. block
+    local first, last = 1, rest:find("\n", 1, true)
+    while last do
+      visit(rest:sub(first, last), at)
+      at, first = at + last - first + 1, last + 1
+      last = rest:find("\n", first, true)
+    end
+    rest = rest:sub(first)
+  end
+  return at
 end
 
 --- The value of a JSON file.
@@ -142,8 +171,6 @@ function source.describe(value, base)
   -- size = 3 }
   if named and type(copy[1]) == "string" then
     copy.name = table.remove(copy, 1)
-  elseif named and type(value[1]) == "function" then
-    copy["function"] = table.remove(copy, 1)["function"]
   end
   return copy
 end

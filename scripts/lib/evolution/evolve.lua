@@ -9,6 +9,7 @@ local experiments = require "limax.experiment.experiment"
 local failure = require "limax.base.failure"
 local genes = require "limax.experiment.genes"
 local host = require "limax.host"
+local islands = require "limax.evolution.islands"
 local ledger = require "limax.supervise.ledger"
 local materials = require "limax.evolution.materials"
 local mating = require "limax.evolution.mating"
@@ -38,7 +39,8 @@ local function first_generation(run)
   local robots, records, rows = run:new_robots(), {}, {}
   for i = 1, robots.count do
     rows[i] = i
-    records[i] = { id = i, generation = 0, parents = host.json.array {}, origin = "initial" }
+    records[i] = { id = i, generation = 0, parents = host.json.array {}, origin = "initial",
+      island = islands.first(run.config, i) }
   end
   genes.initialize(run:rules_of_genes { materials = run.first_materials,
     parameters = run.config.breeding }, robots, rows, 0)
@@ -76,47 +78,57 @@ local function random_of(run, generation, individual)
   return engine.random(run.config.seed, run.repetition, "selection", generation, individual)
 end
 
--- The robots that go on, and the pool from which parents are chosen. A script may name the former.
+-- The robots of a population or an island that go on, and the pool from which parents are chosen. A
+-- script may name the former.
 local function survive(run, robots, generation, parameters, named)
   if named then return mating.check_scored(robots, named, "breed: elites"), robots end
-  local survivors, parents = call("the survival", run.experiment.survival.call, robots,
-    random_of(run, generation, 0), run.world.state, parameters)
+  local survivors, parents = call("the survival", run.experiment.survival, robots,
+    random_of(run, generation, robots.island and run.config.population + robots.island or 0),
+    run.world.state, parameters)
   mating.check_scored(robots, survivors, "survival: survivors")
   if #survivors >= #robots then
     failure.raise(1, ("survival: %d survivors leave no place for offspring in a population of %d")
       :format(#survivors, #robots))
   end
   parents = parents or survivors[1] and survivors or robots.ranked
-  local has_rows = parents ~= robots.ranked
-    and mating.check_parents(robots, parents, "survival: parents")
-  return survivors, mating.pool(robots, parents, has_rows)
+  if parents ~= robots.ranked then mating.check_scored(robots, parents, "survival: parents") end
+  return survivors, mating.pool(robots, parents)
 end
 
--- Survivors, and the parents of each robot of the next generation.
+-- Survivors, a pair of parents per robot of the next generation, and the islands of these robots.
 local function select(run, robots, generation, parameters, choice)
-  local elites, pool = survive(run, robots, generation, parameters, choice.elites)
-  local pairs_of_parents = mating.pairs(pool, #robots, elites, choice.parents, function(child)
+  local config, place = run.config, source.place(run.config.selection)
+  local function choose(pool, child)
     return call("the selection", run.experiment.selection, pool,
       random_of(run, generation, child), run.world.state)
-  end, source.place(run.config.selection))
-  return elites, mating.parents(robots, pairs_of_parents,
-    function(count) return run:new_robots(count) end)
+  end
+  if config.islands then
+    if choice.elites or choice.parents then
+      failure.raise(2, "breed: in an experiment with islands, elites and parents come from its"
+        .. " survival and selection; leave them out")
+    end
+    return islands.select(robots, config.islands, generation, { choose = choose, place = place,
+      survive = function(view) return survive(run, view, generation, parameters) end,
+      random = random_of(run, generation, config.population + config.islands.count + 1) })
+  end
+  local elites, pool = survive(run, robots, generation, parameters, choice.elites)
+  return elites, mating.pairs(pool, elites, choice.parents, choose, place)
 end
 
 local function next_generation(run, robots, choice)
   local began, generation = host.clock(), robots.generation + 1
   local decided = supervise(run, robots, choice)
   local supervised = host.clock()
-  local elites, parents = select(run, robots, generation, decided.parameters, choice)
+  local elites, parents, homes = select(run, robots, generation, decided.parameters, choice)
   -- an elite keeps its score under the same materials
   local keep = decided.materials == robots.materials and record.scores_valid(robots)
-  local records = mating.records(generation, #elites, parents, keep)
+  local records = mating.records(robots, #elites, parents, keep, homes)
   local bred = genes.breed(run:rules_of_genes(decided), { generation = generation,
-    elites = #elites, pairs = parents.pairs, parents = parents.engine, records = records,
-    parent_records = parents.records })
+    elites = #elites, pairs = parents, parents = robots.engine, records = records,
+    parent_records = robots.records })
   return express(run, { engine = bred, generation = generation, records = records,
-    materials = decided.materials,
-    parameters = decided.parameters, ledger = decided.ledger, supervision = decided.supervision,
+    materials = decided.materials, parameters = decided.parameters, ledger = decided.ledger,
+    supervision = decided.supervision,
     supervisor_failed = decided.failed or nil, parents_scored_with = robots.scored_with,
     timing = { supervise = supervised - began, breed = host.clock() - supervised } })
 end
@@ -139,6 +151,14 @@ local function say_complete(run)
   run:say(("%s is complete: the loop visits only its last generation again; to extend the run, set"
     .. " %s = %d in the experiment and changed = true in limax.start"):format(run.folder.path,
     limit, 2 * config[limit]))
+end
+
+-- What failed supervisors did to a run; nil where none failed. Ledgers of old entries are on disk.
+local function failure_text(entries)
+  local any = false
+  for _, entry in ipairs(entries) do any = any or entry.supervisor_failed end
+  return any and supervision.failure_text(supervision.failures(entries,
+    function(k) return entries[k].ledger.source end))
 end
 
 -- ---- the loop -----------------------------------------------------------------------------------
@@ -178,9 +198,7 @@ function Run:generations()
     end
     self.population, self.upcoming = self.upcoming or nil, nil
     if not self.population then
-      local records = {}
-      for k, entry in ipairs(self.history) do records[k] = entry.ledger end
-      local text = supervision.failure_text(supervision.failures(self.history, records))
+      local text = failure_text(self.history)
       if text then self:say(("repetition %d: %s"):format(self.repetition, text)) end
       self:close()
     end

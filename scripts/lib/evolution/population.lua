@@ -8,7 +8,6 @@ local engine = require "limax.engine"
 local failure = require "limax.base.failure"
 local fitness = require "limax.fitness"
 local host = require "limax.host"
-local measures = require "limax.experiment.measures"
 local metrics = require "limax.run.metrics"
 local schema = require "limax.engine.schema"
 local strict = require "limax.engine.strict"
@@ -27,8 +26,6 @@ local scoring = require "limax.robot.scoring"
 ---@field advance fun(simulation: limax.simulation, on_progress?: fun(progress: table)) to its end
 ---@field on_progress? fun(progress: table)
 ---@field state table|nil of the experiment's scripts (run/state.lua)
----@field measured limax.measured|nil
----@field archive limax.archived|nil
 ---@field say fun(text: string, key?: string) shows a warning once per key
 ---@field breed fun(robots: limax.population.scored, choice: table) ends a generation
 
@@ -40,9 +37,9 @@ local scoring = require "limax.robot.scoring"
 ---@field engine limax.population genomes and bodies
 ---@field materials limax.materials that it is made of
 ---@field records table[] one plain table per robot, the lines of its population file
----@field archive limax.archive.row[]|nil rows of the run's archive, up to its newest generation
 ---@field evaluations integer robots simulated for their score
 ---@field timing table<string, number> s of each step
+---@field island integer|nil number of the island of which survival and selection see the robots
 ---@field state table|nil that of the experiment's functions; scripts may write to it
 local Population = strict.methods "population"
 local class = { methods = Population }
@@ -65,7 +62,6 @@ function population.new(world, fields)
   local robots = setmetatable(fields, class)
   robots.world, robots.contexts, robots.simulations = world, {}, {}
   robots.evaluations = robots.evaluations or 0
-  robots.archive = world.archive and world.archive.rows
   robots.timing = robots.timing or {}
   robots.timing.simulate, robots.timing.fitness = 0, 0
   for i, record in ipairs(robots.records) do
@@ -137,8 +133,7 @@ end
 ---@param record table
 ---@return table record
 function population.forget_score(record)
-  for _, name in ipairs { "fitness", "cases", "measures", "descriptors", "objectives", "outcome",
-    "status", "reason" } do
+  for _, name in ipairs { "fitness", "cases", "measures", "outcome", "status", "reason" } do
     record[name] = nil
   end
   return record
@@ -191,16 +186,12 @@ function Population:score(with)
     end
   end
   scoring.score { call = law.call, robots = self, records = self.records, wanted = wanted,
-    generation = self.generation, state = world.state, say = world.say,
-    measure = world.measured and function(robot, record)
-      return measures.add(world.measured, robot, record, world.state)
-    end }
+    generation = self.generation, state = world.state, say = world.say }
   self.ranked = metrics.rank(self.records)
   self.scored_with, self.fitness = self.scored_with or with, law
   if #self.simulations > 0 then self.scored_with = with end
   self.timing.fitness = self.timing.fitness + host.clock() - began
   if #self.ranked == 0 then failure.raise(1, failure_text(self)) end
-  if world.archive and #self.simulations > 0 then world.archive:update(self) end
   return self
 end
 

@@ -1,6 +1,7 @@
 --- record.lua: what a run keeps of each generation: an entry of its history and the files in its
 --- folder; also reads them back, to continue a run.
 
+local engine = require "limax.engine"
 local genes = require "limax.experiment.genes"
 local history = require "limax.run.history"
 local materials = require "limax.evolution.materials"
@@ -43,33 +44,51 @@ local function standard_score(run, robots)
   return score
 end
 
--- An old generation from the text of its population file, with genomes if it has an engine's
--- population.
-local function rebuilt(run, line, ledger, records, engine_population)
+-- The population of an entry, with genomes if it has an engine's population.
+local function rebuilt(run, entry, records, engine_population)
   return population.new(run.world, { engine = engine_population,
-    materials = materials.with(run.first_materials, line.materials), generation = line.generation,
-    repetition = line.repetition, parameters = line.parameters, ledger = ledger, records = records,
-    ranked = metrics.rank(records), evaluations = line.evaluations })
+    materials = engine.materials(entry.materials), generation = entry.generation,
+    repetition = entry.repetition, parameters = entry.parameters, ledger = entry.ledger,
+    records = records, ranked = metrics.rank(records), evaluations = entry.evaluations })
 end
 
--- Reads the text of a population file again.
-local function reader(folder, line)
-  return function() return folder:population_text(line.repetition, line.generation) end
+-- The values of a generation's materials as a material file holds them.
+local function materials_table(run, fields)
+  local made = materials.with(run.first_materials, fields)
+  local values = made:table()
+  made:free()
+  return values
 end
 
--- Adds an entry to the history. `text` gives the text of its population file.
-local function remember(run, line, ledger, text, robots)
-  local before = run.history[#run.history]
-  local same = before and materials.equal(run.last_fields, line.materials)
-  run.last_fields = line.materials
-  local entry = history.entry { metrics = line, ledger = ledger, text = text, population = robots,
-    materials = same and before.materials
-      or materials.with(run.first_materials, line.materials):table(),
-    build = function(records) return rebuilt(run, line, ledger, records) end }
-  run.history[#run.history + 1] = entry
-  run.evaluations = run.evaluations + line.evaluations
-  history.forget(run.history)
-  return entry
+--- What makes the entries of a run's history.
+---@return limax.history.entries
+function record.entries(run)
+  return history.entries {
+    on_disk = function() return run.folder ~= nil end,
+    metrics = function(generation) return run.folder.lines:metrics(run.repetition, generation) end,
+    fields = function(generation)
+      local fields = run.folder.lines:metrics(run.repetition, generation)
+      fields.ledger = run.folder.lines:ledger(run.repetition, generation)
+      fields.materials = materials_table(run, fields.materials)
+      return fields
+    end,
+    records = function(generation)
+      local text = run.texts[generation]
+        or run.folder:population_text(run.repetition, generation)
+      return run_files.robots(text, "generation " .. generation)
+    end,
+    build = function(entry, records) return rebuilt(run, entry, records) end,
+  }
+end
+
+-- Adds an entry to the history. Generations with the same materials share their table.
+local function remember(run, line, ledger)
+  local last = run.last_materials
+  if not last or not materials.equal(last.fields, line.materials) then
+    last = { fields = line.materials, values = materials_table(run, line.materials) }
+    run.last_materials = last
+  end
+  return run.entries:add(run.history, line, ledger, last.values)
 end
 
 --- Writes a scored generation into history and folder.
@@ -81,43 +100,51 @@ function record.write(run, robots)
   line.materials = materials.fields(robots.materials)
   line.best_standard = standard_score(run, robots)
   line.supervisor_failed = robots.supervisor_failed
-  local archive = run.world.archive
-  line.archive = archive and archive:measure()
   local text = history.encode(robots.records)
   local kept = run.world.state and state.encode(run.world.state)
-  local entry = remember(run, line, robots.ledger,
-    run.folder and reader(run.folder, line) or function() return text end, robots)
-  if run.folder then
+  local entry = remember(run, line, robots.ledger)
+  entry.population = robots
+  run.evaluations = run.evaluations + line.evaluations
+  if not run.folder then
+    run.texts[line.generation] = text
+  else
     robots.timing.write = run.folder:write_generation { metrics = line, ledger = robots.ledger,
       seconds = robots.timing, supervision = robots.supervision, text = text,
-      state = kept, archive = archive and archive:text(), engine = robots.engine,
-      champion = robots[robots.ranked[1]]:table() }
+      state = kept, engine = robots.engine, champion = robots[robots.ranked[1]]:table() }
   end
   run.world.state = kept and state.decode(kept)
   population.end_traces(robots, "its population was bred")
   if run.on_generation then run.on_generation(entry, robots.timing) end
 end
 
+-- The newest populations of a run that is restored have their genomes.
+local function restore_genomes(run, entry, scores_valid)
+  local records = run_files.robots(run.folder:population_text(run.repetition, entry.generation),
+    "generation " .. entry.generation)
+  local robots = rebuilt(run, entry, records, run:new_robots())
+  robots.engine:set_genomes(run.folder:genomes_of(run.repetition, entry.generation))
+  genes.express(run:rules_of_genes(robots), robots.engine)
+  if not scores_valid then robots.scored_with = EARLIER end
+  entry.population, run.upcoming = robots, robots
+end
+
 --- Reads the generations of a folder into a run's history; the next generation of the loop is then
 --- the last one there, with its scores.
 --- Where the configuration changed since, elites are scored again.
 function record.read(run, folder)
-  local scores_valid = folder:scores_valid(run.repetition)
-  for _, kept in ipairs(folder:generations(run.repetition, history.genomes_kept)) do
-    local line, robots = kept.metrics, nil
-    local text = reader(folder, line)
-    if kept.genomes then
-      robots = rebuilt(run, line, kept.ledger,
-        run_files.robots(text(), "generation " .. line.generation), run:new_robots())
-      robots.engine:set_genomes(kept.genomes)
-      genes.express(run:rules_of_genes(robots), robots.engine)
-      if not scores_valid then robots.scored_with = EARLIER end
+  local lines, repetition = folder.lines, run.repetition
+  local last, scores_valid = lines:last(repetition), folder:scores_valid(repetition)
+  run.folder, run.evaluations = folder, lines:evaluations(repetition)
+  for generation = 0, last do
+    if history.is_old(generation, last) then
+      run.entries:add_unread(run.history)
+    else
+      local entry = remember(run, lines:metrics(repetition, generation),
+        lines:ledger(repetition, generation))
+      if last - generation < history.genomes_kept then
+        restore_genomes(run, entry, scores_valid)
+      end
     end
-    remember(run, line, kept.ledger, text, robots)
-    run.upcoming = robots
-  end
-  if run.upcoming and run.world.archive then
-    run.world.archive:restore(folder, run.upcoming.generation, run.encoding.genes)
   end
   local before = run.upcoming and run.world.state
     and folder:state_text(run.repetition, run.upcoming.generation)

@@ -1,7 +1,6 @@
 --- run.lua: one repetition of an experiment: what it needs before its first generation (device,
 --- folder, world, limits), and the warnings that a user should read before hours of computing.
 
-local archived = require "limax.evolution.archived"
 local encodings = require "limax.encoding"
 local engine = require "limax.engine"
 local full_body = require "limax.robot.full_body"
@@ -106,8 +105,6 @@ function run.new(experiment, options)
   local world = { config = config, scene = engine.scene(config.scene),
     options = settings.engine_options(config.simulation, config.record), device = device,
     fitness = experiment.fitness, first_materials = first, advance = options.wait or advance,
-    measured = experiment.measured, archive = experiment.archive
-      and archived.new(experiment.archive, config.seed, repetition),
     state = experiment.state and state.decode(state.encode(experiment.state())),
     on_progress = options.on_progress, say = once(options.say or print_warning) }
   -- refuses a lattice that this machine cannot hold before anything large is made
@@ -117,13 +114,15 @@ function run.new(experiment, options)
       repetition = repetition })
   world.first_step, world.first_step_material =
     full_body.bound(config.lattice, first, world.scene, world.options, device)
-  return setmetatable({ experiment = experiment, config = config, repetition = repetition,
+  local self = setmetatable({ experiment = experiment, config = config, repetition = repetition,
     world = world, device = device, scene = world.scene, options = world.options,
     encoding = encoding, first_materials = first, first_fields = materials.fields(first),
     first_step = world.first_step,
     limits = ledger.limits(config.population, config.supervision.ranges, config.supervision),
-    history = {}, evaluations = 0, folder = folder, owns_folder = options.out ~= nil,
-    on_generation = options.on_generation, live_prompts = options.live_prompts }, Run), comparison
+    history = {}, texts = {}, evaluations = 0, folder = folder, owns_folder = options.out ~= nil,
+    on_generation = options.on_generation, live_prompts = options.live_prompts }, Run)
+  self.entries = record.entries(self)
+  return self, comparison
 end
 
 --- Shows the notes of an experiment, once however many repetitions it has.
@@ -143,12 +142,11 @@ function run.warn(experiment, world)
   end
 end
 
---- An empty population of the engine.
----@param count? integer that of one generation if left out
+--- An empty population of the engine, for one generation.
 ---@return limax.population
-function Run:new_robots(count)
-  return engine.population { lattice = self.config.lattice,
-    count = count or self.config.population, encoding = self.encoding }
+function Run:new_robots()
+  return engine.population { lattice = self.config.lattice, count = self.config.population,
+    encoding = self.encoding }
 end
 
 --- What the genes of a generation are made and read by.

@@ -9,7 +9,6 @@ local failure = require "limax.base.failure"
 local fault = require "limax.engine.fault"
 local host = require "limax.host"
 local ledger = require "limax.supervise.ledger"
-local measures = require "limax.experiment.measures"
 local overrides = require "limax.experiment.overrides"
 local own_variables = require "limax.experiment.own_variables"
 local plausible = require "limax.settings.plausible"
@@ -26,8 +25,6 @@ local variation = require "limax.variation"
 ---@field survival limax.survival.scheme as resolved
 ---@field encoding limax.encoding.definition as resolved
 ---@field variation { mutation: limax.variation.step, crossover: limax.variation.step } as resolved
----@field archive limax.archive.definition|nil as resolved
----@field measured limax.measured|nil what the archive and the survival need of each robot
 ---@field state nil|fun(): table a script's own state at the start of a repetition
 ---@field supervisor { name: string, call: function } as resolved
 ---@field notes string[] for the user: what was changed, and what is probably unintended
@@ -85,6 +82,33 @@ local function ranges(value, path)
   return result
 end
 
+local topology = schema.choice(defaults.topologies)
+local island_rule = with(rules_of(fields.islands), {
+  topology = function(value, path)
+    return topology(value == nil and defaults.topologies[1] or value, path)
+  end,
+})
+
+-- An experiment without islands has no such field.
+local function islands(value, path)
+  if value == nil then return nil end
+  return island_rule(value, path)
+end
+
+-- What is wrong with the islands of a configuration; nil if nothing.
+local function islands_problem(config)
+  local options = config.islands
+  local size = options and config.population / options.count
+  if not options then return nil end
+  if size % 1 ~= 0 or size < 2 then
+    return ("islands.count: the population of %d robots does not make %d equal islands of at least"
+      .. " 2 robots"):format(config.population, options.count)
+  elseif options.migrants >= size then
+    return ("islands.migrants: expected at most %d, one robot less than an island has, got %d")
+      :format(size - 1, options.migrants)
+  end
+end
+
 -- Robots that a repetition may simulate. No default: generations are the limit.
 local evaluations = schema.number { unit = "robots", minimum = 2, maximum = 1e9, integer = true }
 
@@ -109,11 +133,11 @@ local rules = schema.fields {
   generations = schema.number(fields.experiment.generations),
   evaluations = evaluations,
   repetitions = schema.number(fields.experiment.repetitions),
+  islands = islands,
   breeding = with(rules_of(fields.breeding), {}),
   fitness = anything,
   selection = anything,
   survival = anything,
-  archive = anything,
   state = anything,
   supervisor = anything,
   supervision = with(rules_of(fields.supervision), { ranges = ranges }),
@@ -158,41 +182,24 @@ local function default_name(spec, origin)
   return (name:gsub("^[^%w]", "x"))
 end
 
--- The survival, the archive and what they measure, added to the parts.
-local function resolve_memory(spec, parts)
-  local message
-  parts.survival, message =
-    resolved("survival", require("limax.survival").get, spec.survival or defaults.survival)
-  if not message and spec.archive ~= nil then
-    parts.archive, message = resolved("archive", require("limax.archive").get, spec.archive)
-  end
-  if message then return message end
-  if not (parts.archive or parts.survival.objectives or parts.survival.needs_descriptors) then
-    return nil
-  end
-  parts.measured, message = measures.of(parts)
-  return message
-end
-
--- The named parts of the library: fitness, selection, survival, archive, supervisor; the state.
+-- The named parts of the library: fitness, selection, survival, supervisor; and the state.
 local function resolve_parts(spec)
   local fitness, wrong_fitness =
     resolved("fitness", require("limax.fitness").get, spec.fitness)
-  local parts = { fitness = fitness, state = spec.state }
-  local wrong_memory = not wrong_fitness and resolve_memory(spec, parts) or nil
-  parts.selection_named = spec.selection or (parts.survival or {}).selection or defaults.selection
-  local selection, wrong_selection =
-    resolved("selection", require("limax.selection").get, parts.selection_named)
+  local selection, wrong_selection = resolved("selection", require("limax.selection").get,
+    spec.selection or defaults.selection)
   local supervisor, wrong_supervisor = resolved("supervisor", require("limax.supervise").get,
     spec.supervisor or defaults.supervisor)
-  local message = wrong_fitness or wrong_selection or wrong_supervisor or wrong_memory
+  local survival, wrong_survival =
+    resolved("survival", require("limax.survival").get, spec.survival or defaults.survival)
+  local message = wrong_fitness or wrong_selection or wrong_supervisor or wrong_survival
   if not message and spec.state ~= nil and type(spec.state) ~= "function" then
     message = ("state: expected a function that returns a table, got %s; write state = function()"
       .. " return { ... } end"):format(schema.show(spec.state))
   end
   if message then return nil, message end
-  parts.selection, parts.supervisor = selection, supervisor
-  return parts
+  return { fitness = fitness, selection = selection, supervisor = supervisor, survival = survival,
+    state = spec.state }
 end
 
 -- The encoding and the variation of an experiment; leaves in `genome` the fields that it uses.
@@ -245,6 +252,8 @@ local function resolve(spec, origin)
     return nil, ("evaluations: expected at least one population, %d robots, got %d"):format(
       config.population, config.evaluations)
   end
+  message = islands_problem(config)
+  if message then return nil, message end
   local parts
   config.materials, message = read_materials(spec.materials, origin)
   if message then return nil, message end
@@ -258,14 +267,8 @@ local function resolve(spec, origin)
     for kind, rate in pairs(defaults.record) do config.record[kind] = rate end
   end
   -- what a fitness of the library reads is recorded unless the script sets another rate
-  local readers = { parts.fitness }
-  for _, list in pairs(parts.measured or {}) do
-    for _, measure in ipairs(list) do readers[#readers + 1] = measure end
-  end
-  for _, reader in ipairs(readers) do
-    for kind, rate in pairs(reader.record) do
-      if config.record[kind] == 0 then config.record[kind] = rate end
-    end
+  for kind, rate in pairs(parts.fitness.record or {}) do
+    if config.record[kind] == 0 then config.record[kind] = rate end
   end
   local notes = settings.finish(config.simulation, config.record)
   local friction = config.scene.friction
@@ -282,19 +285,17 @@ local function resolve(spec, origin)
   config.schema = "limax.config/1"
   config.name = config.name or default_name(spec, origin)
   config.fitness = source.describe(spec.fitness, base)
-  config.selection = source.describe(parts.selection_named, base)
+  config.selection = source.describe(spec.selection or defaults.selection, base)
   config.supervisor = source.describe(spec.supervisor or defaults.supervisor, base)
   config.survival = spec.survival ~= defaults.survival and source.describe(spec.survival, base)
     or nil
-  config.archive = source.describe(spec.archive, base)
   config.state = spec.state and source.describe(spec.state, base)
   local unfit = parts.supervisor.unfit and parts.supervisor.unfit(config)
   if unfit then return nil, ("supervisor %q: %s"):format(parts.supervisor.name, unfit) end
 
   return setmetatable({ config = config, spec = spec, origin = origin, notes = notes,
     fitness = parts.fitness, selection = parts.selection, supervisor = parts.supervisor,
-    survival = parts.survival, archive = parts.archive, measured = parts.measured,
-    state = parts.state, encoding = encoding, variation = steps,
+    survival = parts.survival, state = parts.state, encoding = encoding, variation = steps,
     scripts = source.scripts(origin, spec, named_scripts(spec, base)) }, Experiment)
 end
 
@@ -302,8 +303,8 @@ end
 
 --- Checks and resolves an experiment. Errors raise at the caller's line, with exit status 2.
 --- Fields: name, lattice, materials, seed, genome, scene, simulation, record, population,
---- generations, evaluations, repetitions, breeding, fitness (the one without a default), selection,
---- survival, archive, state, supervisor, supervision, not_in_paper.
+--- generations, evaluations, repetitions, islands, breeding, fitness (the one without a default),
+--- selection, survival, state, supervisor, supervision, not_in_paper.
 ---@param spec table
 ---@return limax.experiment
 function experiment.new(spec)

@@ -33,13 +33,12 @@ local function fail(pattern, ...) engine.fail(pattern:format(...)) end
 ---@field parents integer[] ids, none or two
 ---@field generation integer that it first appeared in
 ---@field origin string "initial", "elite", "bred" or "hand"
+---@field island integer|nil that it is on, in an experiment with islands
 ---@field status "done"|"invalid"|"diverged"|"failed" how its simulation ended
 ---@field reason string|nil why not "done"
 ---@field fitness number|nil its score; nil without one
 ---@field cases number[]|nil scores by case, for lexicase selection
 ---@field measures table<string, number>|nil numbers that the fitness returns by name
----@field descriptors number[]|nil of the experiment's archive, in its order
----@field objectives number[]|nil of the experiment's survival or archive, in its order
 ---@field coarse boolean a mass was seen to move farther than a tenth of an edge in one step
 ---@field undersampled boolean a period of the muscles has fewer than 20 steps
 ---@field genome any view of the genes, nil for a robot made by hand
@@ -48,9 +47,9 @@ local function fail(pattern, ...) engine.fail(pattern:format(...)) end
 ---@field context limax.robot.context population, simulation, scene and options
 local methods = strict.methods "robot"
 
-local of_record = { id = true, parents = true, generation = true, origin = true, status = true,
-  reason = true, fitness = true, cases = true, measures = true, descriptors = true,
-  objectives = true }
+local of_record = { id = true, parents = true, generation = true, origin = true, island = true,
+  status = true,
+  reason = true, fitness = true, cases = true, measures = true }
 
 -- Fields that are made once, when they are first read.
 local made = {}

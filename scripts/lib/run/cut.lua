@@ -36,7 +36,7 @@ local function drop_after(folder, state, from)
   function state.keeps(at)
     return at.generation <= from or any and not damaged[at.repetition]
   end
-  for _, row in ipairs(state.rows) do last = math.max(last, row.hashes.generation) end
+  for _, row in ipairs(state.rows) do last = math.max(last, row.generation) end
   if from > last then
     failure.raise(2, ("--from %d: the last generation in %s is %d"):format(from, folder.path, last))
   end
@@ -44,17 +44,8 @@ local function drop_after(folder, state, from)
 end
 
 -- Rewrites the files that grow with the rows that stay, and the transcript; the checkpoint last.
-local function rewrite(folder, state)
-  local at
-  for _, name in ipairs(GROWING) do
-    local texts = {}
-    for _, row in ipairs(state.rows) do
-      if state.keeps(row.hashes) then texts[#texts + 1], at = row.texts[name], row.hashes end
-    end
-    local text = table.concat(texts)
-    folder.bytes[name] = #text
-    folder:write(name .. ".jsonl", text)
-  end
+local function rewrite(folder, state, at)
+  for _, name in ipairs(GROWING) do folder:rewrite(name) end
   local transcript = source.read(folder.path .. "/transcript.jsonl")
   if transcript then
     folder:write("transcript.jsonl", (transcript:gsub("[^\n]*\n", function(text)
@@ -76,17 +67,11 @@ return function(folder, from)
   local state = verify.folder(folder.path)
   if from then drop_after(folder, state, from) end
   if state.damage[1] then refuse_damage(folder, state) end
+  local at = folder:index(state, from and state.keeps)
   if from then
-    rewrite(folder, state)
+    rewrite(folder, state, at)
   elseif state.checkpoint then
     folder.checkpoint, folder.bytes = state.checkpoint, source.copy(state.checkpoint.bytes)
-  end
-  local last = {}
-  for _, row in ipairs(state.rows) do
-    local at = row.hashes
-    if not from or state.keeps(at) then
-      last[at.repetition] = math.max(last[at.repetition] or -1, at.generation)
-    end
   end
   for _, name in ipairs(GROWING) do
     folder:check(host.file.truncate(("%s/%s.jsonl"):format(folder.path, name), folder.bytes[name]))
@@ -94,9 +79,8 @@ return function(folder, from)
   folder:clean("", math.huge)
   for _, name in ipairs(host.file.list(folder.path) or {}) do
     local repetition = tonumber(name:match "^r(%d+)$")
-    for _, kind in ipairs(repetition and { "/population", "/champions", "/state",
-      "/archive" } or {}) do
-      folder:clean("/" .. name .. kind, last[repetition] or -1)
+    for _, kind in ipairs(repetition and { "/population", "/champions", "/state" } or {}) do
+      folder:clean("/" .. name .. kind, folder.lines:last(repetition))
     end
   end
 end

@@ -63,7 +63,12 @@ local function of(population, part, field)
   if part ~= nil and part ~= "all" and part ~= "top" then
     engine.fail(('diversity.%s: expected "all" or "top", got %s'):format(field, tostring(part)))
   end
-  local values = diversity.measure(population.engine, population.ranked, population.materials)
+  -- an island has a part of the robots of the engine's population
+  local contexts, ranked = population.contexts, {}
+  for k, index in ipairs(population.ranked) do
+    ranked[k] = contexts and contexts[index].index or index
+  end
+  local values = diversity.measure(population.engine, ranked, population.materials)
   return values[part or "all"] and values[part or "all"][field]
 end
 

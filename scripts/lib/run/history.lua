@@ -1,14 +1,27 @@
 --- history.lua: what supervisors read: one entry per scored generation. All of it stays readable
---- except traces and the genomes of older generations: an old entry builds its robots on demand
---- from its population file, which stays in memory only where the run has no folder.
+--- except traces and the genomes of older generations. Of an old entry a run with a folder keeps in
+--- memory only what is compared over whole runs, and reads the rest from the folder on demand: so a
+--- generation needs the same time however many came before.
 
 local host = require "limax.host"
-local run_files = require "limax.settings.run_files"
 
 local history = {}
 
 --- Number of generations whose genomes stay in memory: as many as the paper's supervisor sees.
 history.genomes_kept = 3
+
+--- Number of newest generations whose entries stay in memory, all but their robots; so does the
+--- first generation's.
+history.whole_kept = 1000
+
+--- Is the entry of this generation too old to be whole in memory, when `last` is the newest?
+function history.is_old(generation, last)
+  return generation > 0 and last - generation >= history.whole_kept
+end
+
+-- What stays in memory of older ones.
+local ALWAYS_KEPT = { repetition = true, generation = true, best = true, best_standard = true,
+  mean = true, evaluations = true, parameters = true, supervisor_failed = true }
 
 --- A generation that has been scored, as supervisors and prompts see it; the fields of its line in
 --- metrics.jsonl, and more.
@@ -28,6 +41,7 @@ history.genomes_kept = 3
 ---@field quantiles table<string, number> q10, q25, q50, q75, q90
 ---@field measures? table<string, table> of each number that the fitness names: champion, mean,
 --- least, most
+---@field islands? { scored: integer, best?: number, mean?: number }[] with islands
 ---@field diversity { all: table, top: table } hamming, genotype, distinct, robots, material_shares
 ---@field failed { invalid: integer, diverged: integer, fitness: integer } robots without a score
 ---@field coarse integer robots of which a mass moved farther than a tenth of an edge in one step
@@ -36,9 +50,6 @@ history.genomes_kept = 3
 ---@field supervisor_failed? boolean true where the supervisor failed: fallback, or no change
 ---@field champion { id: integer, index: integer, hash: string } the best robot
 
--- entry -> population rebuilt from its text, until it is collected
-local rebuilt = setmetatable({}, { __mode = "kv" })
-
 --- One line per robot.
 function history.encode(records)
   local lines = {}
@@ -46,26 +57,53 @@ function history.encode(records)
   return table.concat(lines)
 end
 
---- An entry: the fields of the generation's metrics line, its ledger record and materials, and
---- `.population`, either in memory or rebuilt from `text()` by `build(records)` on demand.
----@param parts table metrics, ledger, materials, text, build; population while it is in memory
----@return limax.generation
-function history.entry(parts)
-  -- not `parts` itself, which would keep every population in memory
-  local entry, text, build = {}, parts.text, parts.build
-  for name, value in pairs(parts.metrics) do
-    if name ~= "schema" then entry[name] = value end
-  end
-  entry.ledger, entry.materials, entry.population = parts.ledger, parts.materials, parts.population
-  return setmetatable(entry, { __index = function(self, key)
+---@class limax.history.source reads what is not in memory
+---@field on_disk fun(): boolean can it read the fields of an entry?
+---@field metrics fun(generation: integer): table its line
+---@field fields fun(generation: integer): table of the entry
+---@field records fun(generation: integer): table[] of its robots
+---@field build fun(entry: limax.generation, records: table[]): limax.population.scored
+
+---@class limax.history.entries makes the entries of a run
+---@field source limax.history.source
+---@field whole table metatable of the newest entries
+---@field old table metatable of the others
+---@field unread table metatable of those of which nothing was read since the run was resumed
+local Entries = {}
+Entries.__index = Entries
+
+-- Sets the fields of an old entry that stay in memory.
+local function keep(entry, line)
+  for name in pairs(ALWAYS_KEPT) do rawset(entry, name, rawget(line, name)) end
+  return entry
+end
+
+local function weak() return setmetatable({}, { __mode = "kv" }) end
+
+---@param source limax.history.source
+---@return limax.history.entries
+function history.entries(source)
+  -- by entry, until they are collected
+  local populations, fields = weak(), weak()
+  local whole, old, unread = {}, {}, {}
+  function whole.__index(entry, key)
     if key ~= "population" then return nil end
-    local population = rebuilt[self]
-    if not population then
-      population = build(run_files.robots(text(), "generation " .. entry.generation))
-      rebuilt[self] = population
-    end
+    local population = populations[entry]
+      or source.build(entry, source.records(entry.generation))
+    populations[entry] = population
     return population
-  end })
+  end
+  function old.__index(entry, key)
+    if key == "population" then return whole.__index(entry, key) end
+    if ALWAYS_KEPT[key] then return nil end
+    local read = fields[entry] or source.fields(entry.generation)
+    fields[entry] = read
+    return read[key]
+  end
+  function unread.__index(entry, key)
+    return setmetatable(keep(entry, source.metrics(entry.generation)), old)[key]
+  end
+  return setmetatable({ source = source, whole = whole, old = old, unread = unread }, Entries)
 end
 
 -- Drops the population of an entry.
@@ -76,9 +114,47 @@ local function drop(entry)
   population.engine:free()
 end
 
---- Drops the population of the generation that is now too old for its genomes to be kept.
----@param list table[]
-function history.forget(list) drop(list[#list - history.genomes_kept]) end
+local function equal(a, b)
+  for name, value in pairs(a) do
+    if b[name] ~= value then return false end
+  end
+  return true
+end
+
+-- Drops what is in memory of an entry that is now old.
+local function shrink(self, list, k)
+  local entry, before = keep({}, list[k]), list[k - 1]
+  -- one table for all generations with the same parameters
+  if equal(before.parameters, entry.parameters) then entry.parameters = before.parameters end
+  list[k] = setmetatable(entry, self.old)
+end
+
+--- Adds the entry of an old generation that the folder holds.
+---@param list limax.generation[]
+function Entries:add_unread(list)
+  list[#list + 1] = setmetatable({ generation = #list }, self.unread)
+end
+
+--- Adds the entry of the newest generation. Drops what is now too old to stay in memory.
+---@param list limax.generation[]
+---@param line table of metrics.jsonl
+---@param ledger table
+---@param materials table
+---@return limax.generation
+function Entries:add(list, line, ledger, materials)
+  local entry = {}
+  for name, value in pairs(line) do
+    if name ~= "schema" then entry[name] = value end
+  end
+  entry.ledger, entry.materials = ledger, materials
+  list[#list + 1] = setmetatable(entry, self.whole)
+  drop(list[#list - history.genomes_kept])
+  local k = #list - history.whole_kept
+  if k > 1 and self.source.on_disk() and getmetatable(list[k]) == self.whole then
+    shrink(self, list, k)
+  end
+  return entry
+end
 
 --- Drops all populations of a repetition that has ended.
 ---@param list table[]

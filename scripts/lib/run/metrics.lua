@@ -61,6 +61,22 @@ local function measures_of(records, champion)
   return next(measures) ~= nil and measures or nil
 end
 
+-- Best and mean fitness of each island; nil without islands.
+local function islands_of(records)
+  if not records[1].island then return nil end
+  local list = {}
+  for _, record in ipairs(records) do
+    local each = list[record.island] or { scored = 0 }
+    list[record.island] = each
+    if record.fitness then
+      each.scored, each.mean = each.scored + 1, (each.mean or 0) + record.fitness
+      each.best = math.max(each.best or record.fitness, record.fitness)
+    end
+  end
+  for _, each in ipairs(list) do each.mean = each.mean and each.mean / each.scored end
+  return list
+end
+
 --- The metrics of a scored population: best, mean, median, worst and quantiles of the fitness,
 --- diversity, failures, champion, and what the fitness returned besides its score.
 ---@param population table a scored population
@@ -87,6 +103,7 @@ function metrics.measure(population)
     coarse = coarse,
     diversity = without_nan(diversity.measure(population.engine, ranked, population.materials)),
     measures = measures_of(records, champion),
+    islands = islands_of(records),
     champion = { id = champion.id, index = ranked[1], hash = champion.body.hash },
   }
 end

@@ -14,7 +14,8 @@ local source = require "limax.base.source"
 local resume = {}
 
 -- If one of these changes, the genomes and bodies on disk are meaningless.
-local fixed_fields = { genome = true, lattice = true, population = true, seed = true }
+local fixed_fields = { genome = true, islands = true, lattice = true, population = true,
+  seed = true }
 
 -- Longest list of differing lines or fields that a message shows.
 local most_shown = 12
@@ -114,7 +115,7 @@ end
 ---@field text string one line per difference
 
 -- Compares a run folder with the current experiment. Refuses what cannot be continued (status 2):
--- any difference unless `allowed`, and one of genome, lattice, population or seed always.
+-- any difference unless `allowed`, and one of `fixed_fields` always.
 local function compare(folder, config, scripts, allowed, switch)
   local list, lines = {}, {}
   for k, field in ipairs(resume.differences(folder.config, config)) do

@@ -8,6 +8,7 @@ local ffi = require "ffi"
 local cut = require "limax.run.cut"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
+local lines = require "limax.run.lines"
 local npy = require "limax.base.npy"
 local run_configuration = require "limax.run.run_configuration"
 local run_files = require "limax.settings.run_files"
@@ -27,6 +28,8 @@ local view = require "limax.engine.view"
 ---@field jobs table<integer, integer> the last job of a repetition's newest generation
 ---@field genomes limax.view|nil of the last written generation, whose memory is used again
 ---@field bytes table<string, integer> length of each file that grows, as far as it is written
+---@field lines limax.run.lines finds the lines of those files
+---@field scored table<integer, string|nil> hash of what scored the last restored generation
 ---@field scored_by string|nil hash of what scores its robots now
 local Folder = {}
 Folder.__index = Folder
@@ -47,7 +50,7 @@ local function locked(path)
   local lock, message = host.file.lock(path)
   if not lock then return nil, message end
   local self = setmetatable({ path = path, lock = lock, writer = host.file.writer(), pending = {},
-    jobs = {}, bytes = {} }, Folder)
+    jobs = {}, bytes = {}, lines = lines.new(path), scored = {} }, Folder)
   for _, name in ipairs(GROWING) do self.bytes[name] = 0 end
   return self
 end
@@ -137,14 +140,14 @@ function Folder:append(name, line)
   local text = host.json.encode(line) .. "\n"
   if name == "hashes" then text = sealed.add(text) end
   self.writer:append(("%s/%s.jsonl"):format(self.path, name), text)
+  self.lines:add(name, line.repetition, line.generation, self.bytes[name])
   self.bytes[name] = self.bytes[name] + #text
   return host.xxh3(text)
 end
 
 --- Writes a complete generation asynchronously, its checkpoint last. Raises an error of writing an
 --- earlier one.
----@param written table metrics, ledger, seconds, supervision, text, engine, champion, state,
---- archive
+---@param written table metrics, ledger, seconds, supervision, text, engine, champion, state
 ---@return number seconds that the run waited
 function Folder:write_generation(written)
   local began = host.clock()
@@ -166,17 +169,14 @@ function Folder:write_generation(written)
   self:write_later(place("population", ".jsonl"), written.text)
   self:write_later(place("population", ".npy"), header, genomes, bytes)
   self:write_later(place("champions", ".json"), champion)
-  for _, kind in ipairs { "state", "archive" } do
-    if written[kind] then
-      self:make_folder(source.folder_of(place(kind, "")))
-      self:write_later(place(kind, verify.FILES[kind][2]), written[kind])
-    end
+  if written.state then
+    self:make_folder(source.folder_of(place("state", "")))
+    self:write_later(place("state", ".json"), written.state)
   end
   local hashes = { schema = "limax.hashes/1", repetition = repetition, generation = generation,
     scored_by = self.scored_by, population = host.xxh3(written.text),
     genomes = host.xxh3(header, genomes, bytes), champion = host.xxh3(champion),
-    state = written.state and host.xxh3(written.state),
-    archive = written.archive and host.xxh3(written.archive) }
+    state = written.state and host.xxh3(written.state) }
 
   local ledger, seconds = { schema = "limax.ledger/1", repetition = repetition,
     generation = generation }, {}
@@ -317,22 +317,28 @@ function Folder:continue(config, scripts, changed, from)
   self:write("config.json", sealed_json(config))
 end
 
+--- Finds the generations that a folder holds.
+---@param state limax.run.state of verify.folder
+---@param keeps? fun(row: limax.run.row): boolean does this one stay? All do if left out
+---@return limax.run.row|nil the last one that stays
+function Folder:index(state, keeps)
+  local last
+  for k, row in ipairs(state.rows) do
+    if not keeps or keeps(row) then
+      last, self.scored[row.repetition] = row, row.scored_by
+      for name, offsets in pairs(state.offsets) do
+        self.lines:add(name, row.repetition, row.generation, offsets[k])
+      end
+    end
+  end
+  return last
+end
+
 --- Was the newest generation of a repetition scored as the run scores now?
 ---@return boolean
 function Folder:scores_valid(repetition)
-  local scored_by
-  for _, row in ipairs(self:lines "hashes") do
-    if row.repetition == repetition then scored_by = row.scored_by end
-  end
+  local scored_by = self.scored[repetition]
   return scored_by == nil or scored_by == self.scored_by
-end
-
---- All lines of a file that grows.
----@param name "metrics"|"ledger"|"timing"|"hashes"
----@return table[] lines
----@return table<table, string> text_of each, with its end
-function Folder:lines(name)
-  return run_files.lines(("%s/%s.jsonl"):format(self.path, name), name)
 end
 
 --- Sorts the lines of all generations by repetition. Repetitions that advance together append
@@ -340,14 +346,15 @@ end
 function Folder:sort_lines()
   self:settle()
   for _, name in ipairs(GROWING) do
-    local lines, text_of = self:lines(name)
-    table.sort(lines, function(a, b)
-      if a.repetition ~= b.repetition then return a.repetition < b.repetition end
-      return a.generation < b.generation
-    end)
-    for k, line in ipairs(lines) do lines[k] = text_of[line] end
-    self:write(name .. ".jsonl", table.concat(lines))
+    if not self.lines:are_sorted(name) then self:rewrite(name) end
   end
+end
+
+--- Rewrites a file that grows: sorted, and only with the lines that `self.lines` knows.
+function Folder:rewrite(name)
+  local text = self.lines:sort(name)
+  self.bytes[name] = #text
+  self:write(name .. ".jsonl", text)
 end
 
 -- A file of a generation.
@@ -373,68 +380,13 @@ function Folder:state_text(repetition, generation)
   return (self:read_generation(repetition, "state", generation, ".json"))
 end
 
---- The rows that entered the archive in a generation.
----@return string text
----@return string path
-function Folder:archive_text(repetition, generation)
-  return self:read_generation(repetition, "archive", generation, ".jsonl")
-end
-
---- Some robots of a generation: their lines in its population file, and their genomes.
----@param indices integer[]
----@param genes integer of a genome
----@return table<integer, table> records
----@return table<integer, ffi.cdata*> genomes float[genes]
-function Folder:robots(repetition, generation, indices, genes)
-  local text = self:population_text(repetition, generation)
-  local path = self.path .. "/" .. verify.place(repetition, "population", generation, ".npy")
-  local file = assert(io.open(path, "rb"))
-  local size, wanted = genes * ffi.sizeof "float", {}
-  for _, index in ipairs(indices) do wanted[index] = true end
-  local records, genomes, index = {}, {}, 0
-  local offset = file:seek "end"
-  for line in text:gmatch "[^\n]*\n" do
-    index = index + 1
-    if wanted[index] then records[index] = run_files.robots(line, path)[1] end
-  end
-  offset = offset - index * size
-  for _, each in ipairs(indices) do
-    file:seek("set", offset + (each - 1) * size)
-    genomes[each] = ffi.new("float[?]", genes)
-    ffi.copy(genomes[each], file:read(size), size)
-  end
-  file:close()
-  return records, genomes
-end
-
----@class limax.run_folder.generation
----@field metrics table its line
----@field ledger table its record
----@field genomes string|nil float32 [robot][gene], for the newest ones
-
---- What is kept of one repetition, generation by generation.
----@param genomes_kept integer number of newest generations with their genomes
----@return limax.run_folder.generation[]
-function Folder:generations(repetition, genomes_kept)
-  local list, ledgers = {}, {}
-  for _, line in ipairs(self:lines "ledger") do
-    if line.repetition == repetition then ledgers[line.generation] = line end
-  end
-  for _, line in ipairs(self:lines "metrics") do
-    if line.repetition == repetition then
-      local ledger = ledgers[line.generation]
-      ledger.schema, ledger.repetition, ledger.generation = nil, nil, nil
-      list[#list + 1] = { metrics = line, ledger = ledger }
-    end
-  end
-  for k = math.max(1, #list - genomes_kept + 1), #list do
-    local bytes, path = self:read_generation(repetition, "population",
-      list[k].metrics.generation, ".npy")
-    local array, message = npy.decode(bytes)
-    if not array then failure.raise(1, ("%s: %s"):format(path, message)) end
-    list[k].genomes = array.data
-  end
-  return list
+--- The genomes of a generation.
+---@return string float32 [robot][gene]
+function Folder:genomes_of(repetition, generation)
+  local bytes, path = self:read_generation(repetition, "population", generation, ".npy")
+  local array, message = npy.decode(bytes)
+  if not array then failure.raise(1, ("%s: %s"):format(path, message)) end
+  return array.data
 end
 
 --- Lets other processes write this folder.

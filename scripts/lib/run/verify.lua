@@ -12,11 +12,10 @@ verify.GROWING = { "metrics", "ledger", "timing", "hashes" }
 
 --- The files of one generation, as `hashes` names them; one that it does not name is not there.
 verify.FILES = { population = { "population", ".jsonl" }, genomes = { "population", ".npy" },
-  champion = { "champions", ".json" }, state = { "state", ".json" },
-  archive = { "archive", ".jsonl" } }
+  champion = { "champions", ".json" }, state = { "state", ".json" } }
 
 --- The path of a file of one generation in the run folder.
----@param kind "population"|"champions"|"state"|"archive"
+---@param kind "population"|"champions"|"state"
 ---@param ending string
 function verify.place(repetition, kind, generation, ending)
   return ("r%02d/%s/g%04d%s"):format(repetition, kind, generation, ending)
@@ -29,61 +28,80 @@ end
 ---@field generation integer|nil
 
 ---@class limax.run.row a generation that the folder should hold
----@field hashes table its line of hashes.jsonl
----@field texts table<string, string> its line in each growing file, as far as it is whole
+---@field repetition integer
+---@field generation integer
+---@field scored_by string|nil
+---@field metrics string hash of its line in that file; likewise the next two
+---@field ledger string
+---@field timing string
 
 ---@class limax.run.state
 ---@field checkpoint table|nil
 ---@field damage limax.run.damage[]
 ---@field rows limax.run.row[]
+---@field offsets table<string, integer[]> of each row's whole line in each growing file
 
-local function whole_lines(text)
-  local lines = {}
-  for line in text:gmatch "[^\n]*\n" do lines[#lines + 1] = line end
-  return lines
-end
-
--- Reads the lines of a growing file up to the checkpoint.
-local function lines_of(state, path, name)
+-- Calls `visit(text, at)` for each line of a growing file up to the checkpoint.
+local function each_line(state, path, name, visit)
   local file = name .. ".jsonl"
-  local text = source.read(path .. "/" .. file)
   local bytes = state.checkpoint and state.checkpoint.bytes[name]
-  if not text then
+  local opened = source.open(path .. "/" .. file)
+  if not opened then
     table.insert(state.damage, { file = file, reason = "is missing" })
-  elseif bytes and #text < bytes then
-    table.insert(state.damage, { file = file,
-      reason = ("has only %d of %d bytes"):format(#text, bytes) })
+    return
   end
-  local lines = whole_lines((text or ""):sub(1, bytes))
-  if bytes and text and #table.concat(lines) < math.min(bytes, #text) then
+  local size = opened:seek "end"
+  opened:seek "set"
+  if bytes and size < bytes then
+    table.insert(state.damage, { file = file,
+      reason = ("has only %d of %d bytes"):format(size, bytes) })
+  end
+  local whole = source.each_line(opened, bytes, visit)
+  opened:close()
+  if bytes and whole < math.min(bytes, size) then
     table.insert(state.damage, { file = file, reason = "does not consist of whole lines" })
   end
-  return lines
 end
 
--- Rows from the lines of hashes.jsonl.
+local function check_files(state, path, hashes)
+  local repetition, generation = hashes.repetition, hashes.generation
+  for name, place in pairs(verify.FILES) do
+    local file = verify.place(repetition, place[1], generation, place[2])
+    local text = hashes[name] and source.read(path .. "/" .. file)
+    if hashes[name] and not text or text and host.xxh3(text) ~= hashes[name] then
+      table.insert(state.damage, { file = file, repetition = repetition, generation = generation,
+        reason = text and "does not match its hash" or "is missing" })
+    end
+  end
+end
+
+-- Rows from the lines of hashes.jsonl, and the damage of the files that these name.
 local function read_rows(state, path)
-  local last = {}
-  for k, text in ipairs(lines_of(state, path, "hashes")) do
+  local last, k = {}, 0
+  each_line(state, path, "hashes", function(text, at)
+    k = k + 1
     local file, hashes, reason = ("hashes.jsonl, line %d"):format(k), sealed.open(text)
     if not hashes then
       -- which generation it was follows from the line before
       local before = state.rows[#state.rows]
       table.insert(state.damage, { file = file, reason = reason,
-        repetition = before and before.hashes.repetition,
-        generation = before and before.hashes.generation + 1 })
+        repetition = before and before.repetition, generation = before and before.generation + 1 })
     else
       last[hashes.repetition] = last[hashes.repetition] or {}
       table.insert(last[hashes.repetition], hashes.generation)
-      table.insert(state.rows, { hashes = hashes, texts = { hashes = text } })
+      check_files(state, path, hashes)
+      table.insert(state.rows, { repetition = hashes.repetition, generation = hashes.generation,
+        scored_by = hashes.scored_by, metrics = hashes.metrics, ledger = hashes.ledger,
+        timing = hashes.timing })
+      state.offsets.hashes[#state.rows] = at
     end
-  end
+  end)
   for repetition, generations in pairs(last) do
     table.sort(generations)
-    for k, generation in ipairs(generations) do
-      if generation ~= k - 1 then
+    for place, generation in ipairs(generations) do
+      if generation ~= place - 1 then
         table.insert(state.damage, { file = "hashes.jsonl", reason = "a line is missing",
-          repetition = repetition, generation = k - 1 })
+          repetition = repetition, generation = place - 1 })
         break
       end
     end
@@ -92,40 +110,26 @@ end
 
 -- Finds each row's line in a growing file, in any order: the files are sorted at a run's end.
 local function match_lines(state, path, name)
-  local texts, left = {}, {}
-  for k, text in ipairs(lines_of(state, path, name)) do
-    local hash = host.xxh3(text)
-    texts[hash], left[hash] = text, k
-  end
+  local place_of, offsets, strange, number = {}, state.offsets[name], {}, 0
+  for k, row in ipairs(state.rows) do place_of[row[name]] = k end
+  each_line(state, path, name, function(text, at)
+    local k = place_of[host.xxh3(text)]
+    number = number + 1
+    if k then offsets[k] = at else strange[#strange + 1] = number end
+  end)
   local missing = false
-  for _, row in ipairs(state.rows) do
-    local hash = row.hashes[name]
-    row.texts[name], left[hash] = texts[hash], nil
-    if not texts[hash] then
+  for k, row in ipairs(state.rows) do
+    if not offsets[k] then
       missing = true
       table.insert(state.damage, { file = name .. ".jsonl", reason = ("has no undamaged line of"
-        .. " generation %d of repetition %d"):format(row.hashes.generation, row.hashes.repetition),
-        repetition = row.hashes.repetition, generation = row.hashes.generation })
+        .. " generation %d of repetition %d"):format(row.generation, row.repetition),
+        repetition = row.repetition, generation = row.generation })
     end
   end
   -- without a checkpoint the last lines may have no row
-  for _, k in pairs(state.checkpoint and not missing and left or {}) do
-    table.insert(state.damage, { file = ("%s.jsonl, line %d"):format(name, k),
+  for _, line in ipairs(state.checkpoint and not missing and strange or {}) do
+    table.insert(state.damage, { file = ("%s.jsonl, line %d"):format(name, line),
       reason = "is not a line that the run wrote" })
-  end
-end
-
-local function check_files(state, path)
-  for _, row in ipairs(state.rows) do
-    local repetition, generation = row.hashes.repetition, row.hashes.generation
-    for name, place in pairs(verify.FILES) do
-      local file = verify.place(repetition, place[1], generation, place[2])
-      local text = row.hashes[name] and source.read(path .. "/" .. file)
-      if row.hashes[name] and not text or text and host.xxh3(text) ~= row.hashes[name] then
-        table.insert(state.damage, { file = file, repetition = repetition,
-          generation = generation, reason = text and "does not match its hash" or "is missing" })
-      end
-    end
   end
 end
 
@@ -156,7 +160,10 @@ local function check_scripts(state, path, config)
 end
 
 local function check_transcript(state, path)
-  for k, text in ipairs(whole_lines(source.read(path .. "/transcript.jsonl") or "")) do
+  local file, k = source.open(path .. "/transcript.jsonl"), 0
+  if not file then return end
+  source.each_line(file, nil, function(text)
+    k = k + 1
     local line, reason = sealed.open(text)
     if not line then
       line = host.json.decode(text)
@@ -164,14 +171,16 @@ local function check_transcript(state, path)
       table.insert(state.damage, { file = ("transcript.jsonl, line %d"):format(k), reason = reason,
         repetition = tonumber(place.repetition), generation = tonumber(place.generation) })
     end
-  end
+  end)
+  file:close()
 end
 
 --- What is in a run folder, and what is damaged.
 ---@param path string
 ---@return limax.run.state
 function verify.folder(path)
-  local state = { damage = {}, rows = {} }
+  local state = { damage = {}, rows = {}, offsets = {} }
+  for _, name in ipairs(verify.GROWING) do state.offsets[name] = {} end
   check_scripts(state, path, check_sealed(state, path, "config.json"))
   for n = 1, math.huge do
     local file = ("config-%d.json"):format(n)
@@ -184,13 +193,12 @@ function verify.folder(path)
   read_rows(state, path)
   if not host.file.exists(path .. "/checkpoint") then
     -- a run that was killed before its first checkpoint has no more than one line
-    if #state.rows < 2 then return { damage = {}, rows = {} } end
+    if #state.rows < 2 then return { damage = {}, rows = {}, offsets = {} } end
     table.insert(state.damage, { file = "checkpoint", reason = "is missing" })
   end
   for _, name in ipairs(verify.GROWING) do
     if name ~= "hashes" then match_lines(state, path, name) end
   end
-  check_files(state, path)
   return state
 end
 
@@ -204,27 +212,33 @@ end
 
 --- What is not there any longer of a run that has ended; nil where everything is there. Looks at
 --- names and sizes only.
+---@param path string
 ---@param bytes table<string, integer> of the files that grow
 ---@return string|nil message
 function verify.missing(path, bytes)
-  local hashes
+  local message
   for _, name in ipairs(verify.GROWING) do
-    local text = source.read(("%s/%s.jsonl"):format(path, name)) or ""
-    if #text ~= bytes[name] then
-      return ("%s/%s.jsonl has %d bytes, and %d were written: something else changed it while the"
-        .. " run went on"):format(path, name, #text, bytes[name])
+    local file = source.open(("%s/%s.jsonl"):format(path, name))
+    local size = file and file:seek "end" or 0
+    if size ~= bytes[name] then
+      message = ("%s/%s.jsonl has %d bytes, and %d were written: something else changed it while"
+        .. " the run went on"):format(path, name, size, bytes[name])
+    elseif name == "hashes" and not message then
+      file:seek "set"
+      source.each_line(file, nil, function(line)
+        local row = host.json.decode(line)
+        for kind, place in pairs(verify.FILES) do
+          local one = ("%s/%s"):format(path,
+            verify.place(row.repetition, place[1], row.generation, place[2]))
+          if row[kind] and not host.file.exists(one) then
+            message = one .. " is gone: something else removed it while the run went on"
+          end
+        end
+      end)
     end
-    if name == "hashes" then hashes = text end
+    if file then file:close() end
   end
-  for _, line in ipairs(whole_lines(hashes)) do
-    local row = host.json.decode(line)
-    for name, place in pairs(verify.FILES) do
-      local file = verify.place(row.repetition, place[1], row.generation, place[2])
-      if row[name] and not host.file.exists(path .. "/" .. file) then
-        return ("%s/%s is gone: something else removed it while the run went on"):format(path, file)
-      end
-    end
-  end
+  return message
 end
 
 -- Longest list that a message shows.
@@ -270,7 +284,7 @@ end
 ---@return integer|nil
 function verify.last_whole(state)
   local last = -1
-  for _, row in ipairs(state.rows) do last = math.max(last, row.hashes.generation) end
+  for _, row in ipairs(state.rows) do last = math.max(last, row.generation) end
   for _, each in ipairs(state.damage) do
     if each.generation then
       last = math.min(last, each.generation - 1)

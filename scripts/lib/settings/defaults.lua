@@ -41,6 +41,14 @@ defaults.fields = {
     elite_fraction = { value = 0.3, unit = "of the population", above = 0, below = 1,
       note = "the paper's table; at least one robot is kept, and at least one is bred" },
   }),
+  islands = {
+    count = { value = 5, unit = "islands", minimum = 2, maximum = 5e5, integer = true,
+      note = "six robots each in the default population" },
+    every = { value = 10, unit = "generations", minimum = 1, maximum = 1e6, integer = true,
+      note = "from one exchange to the next: time to become different" },
+    migrants = { value = 2, unit = "robots", minimum = 0, maximum = 1e6, integer = true,
+      note = "that each island receives in an exchange: the best, which also stay at home" },
+  },
   supervision = {
     hyperparameters = { value = true, unit = "", note = "the purpose of a supervisor" },
     materials = { value = false, unit = "",
@@ -80,6 +88,8 @@ defaults.traces = names.trace.names
 defaults.integrators = sorted(names.integrator.names)
 defaults.precisions = sorted(names.precision.names)
 defaults.sharings = names.sharing.names
+--- Which islands send robots to an island; the first is the default.
+defaults.topologies = { "ring", "complete", "random" }
 
 --- The effects of an experiment that names no scene: a world in which a soft body can walk.
 defaults.scene = { gravity = true, ground = true, friction = true, damping = true,

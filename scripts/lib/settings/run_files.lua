@@ -121,8 +121,7 @@ local rules = {
     materials = required(schema.table), scene = required(schema.table),
     supervision = required(schema.table), simulation = required(simulation),
     record = required(complete(settings.record)), fitness = required(choice),
-    selection = required(choice), survival = choice, state = choice,
-    archive = choice,
+    selection = required(choice), survival = choice, state = choice, islands = schema.table,
     supervisor = required(choice),
     not_in_paper = list(text, "a list of texts"),
     run = required(record {
@@ -157,10 +156,10 @@ local rules = {
       hash = required(text) }),
     diversity = required(record { all = required(diversity), top = required(diversity) }),
     measures = map(record { champion = number, mean = number, least = number, most = number }),
+    islands = list(record { best = number, mean = number, scored = required(count) },
+      "a list of islands"),
     parameters = required(map(number)), materials = required(map(map(number))),
     supervisor_failed = schema.boolean(),
-    archive = record { cells = count, filled = count, coverage = number, qd_score = finite,
-      best = number },
   }),
   ledger = line("ledger", {
     supervisor = required(text), source = text, reason = text,
@@ -175,19 +174,13 @@ local rules = {
       output_tokens = number, cost = number, fallen_back = schema.boolean() },
   }),
   hashes = line("hashes", { scored_by = text }),
-  archive = record {
-    schema = required(schema_of "archive"), id = required(count),
-    index = required(schema.whole(1, 2 ^ 53)), fitness = required(number), cell = count,
-    descriptors = list(number, "a list of numbers"), objectives = list(number, "a list of numbers"),
-  },
   population = record {
     schema = schema_of "population", id = required(count), generation = required(count),
     parents = required(list(count, "a list of ids")),
-    origin = required(schema.choice { "initial", "bred", "elite" }),
+    origin = required(schema.choice { "initial", "bred", "elite" }), island = count,
     status = required(schema.choice { "done", "invalid", "diverged", "failed" }), reason = text,
     step_size = finite,
     fitness = finite, cases = list(finite, "a list of numbers"), measures = map(finite),
-    descriptors = list(finite, "a list of numbers"), objectives = list(finite, "a list of numbers"),
     body = required(body), outcome = required(run_files.outcome),
   },
   study = record {
@@ -197,7 +190,7 @@ local rules = {
 }
 
 ---@alias limax.run_files.kind "config"|"status"|"environment"|"metrics"|"ledger"|"timing"|"hashes"|
----"archive"|"population"|"study"
+---"population"|"study"
 
 -- ---- reading ------------------------------------------------------------------------------------
 
@@ -247,16 +240,22 @@ function run_files.config(folder)
   return config
 end
 
--- The objects of a text with one on each line, and the text of each.
+--- The object of a line.
+---@param kind limax.run_files.kind
+---@param where string file and line, for a message
+---@return table
+function run_files.line(json, kind, where) return checked(json, kind, where) end
+
+-- The objects of a text with one on each line.
 local function objects(content, kind, path, check)
-  local lines, texts = {}, {}
+  local lines = {}
   for json in content:gmatch "([^\n]*)\n" do
     local where = ("%s, line %d"):format(path, #lines + 1)
     local value = checked(json, kind, where)
     if check then check(value, where) end
-    lines[#lines + 1], texts[value] = value, json .. "\n"
+    lines[#lines + 1] = value
   end
-  return lines, texts
+  return lines
 end
 
 -- The first field of a table that another one lacks, also in its tables.
@@ -273,7 +272,6 @@ end
 --- and ignored. The generations of each repetition follow one another from 0.
 ---@param kind limax.run_files.kind
 ---@return table[] lines
----@return table<table, string> text_of each, with its end
 function run_files.lines(path, kind)
   local following, first = {}, nil
   return objects(text_of(path), kind, path, function(value, where)
@@ -298,13 +296,7 @@ end
 ---@param content string of the file
 ---@param path string its name
 ---@return table[]
-function run_files.robots(content, path) return (objects(content, "population", path)) end
-
---- The rows of an archive's file.
----@param content string of the file
----@param path string its name
----@return table[]
-function run_files.archive(content, path) return (objects(content, "archive", path)) end
+function run_files.robots(content, path) return objects(content, "population", path) end
 
 --- Calls a function with a value of a file; an error of it is one of the file.
 ---@param where string file and line

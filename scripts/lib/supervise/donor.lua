@@ -33,7 +33,7 @@ local function fail(options, text) engine.fail(("supervisor: %s: %s"):format(opt
 -- The lines of one repetition, by generation.
 local function lines_of(options, kind)
   local lines, path = {}, ("%s/%s.jsonl"):format(options.run, kind)
-  for _, line in ipairs((run_files.lines(path, kind))) do
+  for _, line in ipairs(run_files.lines(path, kind)) do
     if line.repetition == options.repetition then lines[line.generation] = line end
   end
   if not lines[0] then

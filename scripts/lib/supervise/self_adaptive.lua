@@ -35,10 +35,7 @@ return {
       if #best == 0 then return nil, "no robot has a score" end
       local count = math.max(1, math.floor(options.parents * #now.population + 0.5))
       local parent = now.population[best[random:integer(math.min(count, #best))]]
-      local scale = now.parameters.mutation_scale
-      for _, entry in ipairs(history) do
-        if entry.generation == parent.generation then scale = entry.parameters.mutation_scale end
-      end
+      local scale = history[parent.generation + 1].parameters.mutation_scale
       local factor = options.span ^ (2 * random:uniform() - 1)
       return { mutation_scale = scale * factor },
         ("robot %d was bred with scale %.4g: that times %.3g"):format(parent.id, scale, factor)

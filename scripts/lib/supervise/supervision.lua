@@ -91,13 +91,15 @@ end
 
 --- Counts the generations whose supervisor failed: how many of how many that it was asked for.
 ---@param lines table[] of a repetition in metrics.jsonl, or entries of its history
----@param records table[] its ledger records
+---@param source_of fun(k: integer): string|nil the source in line k of its ledger
 ---@return integer failed
 ---@return integer asked
-function supervision.failures(lines, records)
+function supervision.failures(lines, source_of)
   local failed, asked = 0, #lines - 1 -- generation 0 needs no supervisor
-  for _, line in ipairs(lines) do failed = failed + (line.supervisor_failed and 1 or 0) end
-  for _, record in ipairs(records) do asked = asked - (record.source == "held" and 1 or 0) end
+  for k, line in ipairs(lines) do
+    failed = failed + (line.supervisor_failed and 1 or 0)
+    asked = asked - (source_of(k) == "held" and 1 or 0)
+  end
   return failed, asked
 end
 

@@ -100,6 +100,7 @@ views:test("of genomes and bodies can be written, checked", function(t)
     function() voxels[25] = 1 end)
   raises_there(t, "weights of robot 2[3]: expected a number from 0 to 1, got 1.01",
     function() weights[1][3] = 1.01 end)
+  t:raises("constant", function() voxels.count_ = 100 end)
   raises_there(t, "weights of robot 2: give an index for each of the axes [3][24]",
     function() weights[1] = 0 end)
 end)

@@ -4,7 +4,9 @@
 local ffi = require "ffi"
 local limax = require "limax"
 local engine = require "limax.engine"
+local history_of_runs = require "limax.run.history"
 local host = require "limax.host"
+local run_files = require "limax.settings.run_files"
 local run_folder = require "limax.run.run_folder"
 local source = require "limax.base.source"
 local evolution = require "support.evolution"
@@ -277,8 +279,7 @@ end)
 suite:test("a run folder of an own loop agrees with its history", function(t)
   local folder = t:folder() .. "/r"
   local history = finished({}, { out = folder })
-  local opened = run_folder.open(folder)
-  local lines = opened:lines "metrics"
+  local lines = run_files.lines(folder .. "/metrics.jsonl", "metrics")
   t:equal(#lines, 3)
   for k, line in ipairs(lines) do
     t:equal(line.schema, "limax.metrics/1")
@@ -287,11 +288,13 @@ suite:test("a run folder of an own loop agrees with its history", function(t)
       t:equal(line[name], history[k][name])
     end
   end
-  local generations = opened:generations(1, 3)
+  local ledger = run_files.lines(folder .. "/ledger.jsonl", "ledger")
+  t:equal(ledger[3].entries, history[3].ledger.entries)
+  local opened = run_folder.open(folder)
+  local genomes = opened:genomes_of(1, 2)
   opened:close()
-  t:equal(generations[3].ledger, history[3].ledger)
   local genome = history[3].population[2].genome
-  local bytes = ffi.cast("const float *", generations[3].genomes) + genome:size()
+  local bytes = ffi.cast("const float *", genomes) + genome:size()
   for gene = 1, genome:size() do t:same_bits(tonumber(bytes[gene - 1]), genome[gene]) end
   -- each file names its schema
   for _, name in ipairs { "config.json", "environment.json", "checkpoint", "STATUS",
@@ -311,6 +314,54 @@ suite:test("history keeps bodies and measures, and drops genomes and traces", fu
   t:equal(history[1].population.ranked[1], history[1].champion.index)
   t:equal(history[1].population[history[1].champion.index].fitness, history[1].best)
 end)
+
+-- Calls a function while only so many whole entries stay in memory.
+local function with_entries(count, call)
+  local before = history_of_runs.whole_kept
+  history_of_runs.whole_kept = count
+  local ok, message = pcall(call)
+  history_of_runs.whole_kept = before
+  if not ok then error(message, 0) end
+end
+
+suite:test("an old entry that is read from the folder has the fields of one in memory", function(t)
+  local fields = { generations = 9, supervision = { materials = true }, supervisor = "random" }
+  local folder, expected = t:folder() .. "/r", finished(fields)
+  with_entries(4, function()
+    local written = finished(fields, { out = folder })
+    local resumed = finished(fields, { out = folder, resume = true })
+    for k, entry in ipairs(expected) do
+      for _, history in ipairs { written, resumed } do
+        t:equal(rawget(history[k], "ledger") == nil, k > 1 and k <= 5)
+        for name, value in pairs(entry) do
+          if name ~= "population" then t:equal(history[k][name], value) end
+        end
+        for i, robot in ipairs(entry.population) do
+          t:equal(history[k].population[i].record, robot.record)
+        end
+        t:equal({ history[k].measures, history[k].supervisor_failed }, {})
+      end
+    end
+  end)
+end)
+
+suite:test("memory does not grow with the generations of a run with a folder", { limit = 30 },
+  function(t)
+    local held = {}
+    local function measure(entry)
+      if entry.generation % 150 ~= 50 then return end
+      collectgarbage()
+      collectgarbage()
+      held[#held + 1] = 1024 * collectgarbage "count"
+    end
+    with_entries(20, function()
+      finished({ population = 2, generations = 351, genome = { require_muscle = false },
+        simulation = { duration = 0.1, settle = 0 } },
+        { out = t:folder() .. "/r", on_generation = measure })
+    end)
+    local bytes = math.max(held[2] - held[1], held[3] - held[2]) / 150
+    t:ok(bytes < 1000, ("%.0f bytes for each generation"):format(bytes))
+  end)
 
 suite:test("memory outside Lua does not grow with the generations", function(t)
   local held = {}

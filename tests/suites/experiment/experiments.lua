@@ -28,7 +28,8 @@ local TAGS = { ["supervision_study.lua"] = "full" }
 -- Overrides that reduce an experiment, and replace a supervisor that needs an endpoint.
 local SMALL = { "generations=2", "repetitions=1", "population=8", "simulation.duration=0.4",
   "simulation.settle=0.1" }
-local CHANGED = { ["supervised.lua"] = { "supervisor=rules" },
+local CHANGED = { ["islands.lua"] = { "islands.count=2" },
+  ["supervised.lua"] = { "supervisor=rules" },
   ["paper.lua"] = { "simulation.time_step=0.0002" } }
 
 local function run_of(name)

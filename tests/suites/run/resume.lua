@@ -9,7 +9,7 @@ local source = require "limax.base.source"
 local suite = require("limax.test").suite "resume"
 
 -- Its supervisor reads bodies and genomes of earlier generations, and its fitness and supervisor a
--- state: what a resume loses changes the numbers.
+-- state: what a resume loses changes the numbers. Islands draw where robots go.
 local EXPERIMENT = [[
 local limax = require "limax"
 
@@ -29,6 +29,7 @@ return limax.experiment {
   name = "tiny", lattice = { 3, 3, 3 }, population = 12, generations = GENERATIONS,
   repetitions = REPETITIONS, simulation = { duration = 0.5, settle = 0.1 },
   state = function() return { scored = 0, shifts = {} } end,
+  islands = { count = 4, every = 2, migrants = 1, topology = "random" },
   fitness = function(robot, state)
     state.scored = state.scored + 1
     if robot.generation > 0 and robot.id % 33 == 18 then return 0 / 0 end
@@ -286,7 +287,8 @@ suite:test("a locked folder, and fields that can never change, are refused", { l
     local folder = t:folder()
     write_experiment(folder, 2, 1)
     completes(t, folder, { "run", "tiny.lua", "-q", "--out", "r" })
-    for _, change in ipairs { "seed=2", "lattice.1=4", "population=8", "genome.sigma=2" } do
+    for _, change in ipairs { "seed=2", "lattice.1=4", "population=8", "genome.sigma=2",
+      "islands.count=2" } do
       local refused = run(folder, { "run", "--resume", "r", "--changed", "--set", change })
       t:equal(refused.status, 2)
       t:ok(refused.stderr:find "cannot be continued with another", refused.stderr)

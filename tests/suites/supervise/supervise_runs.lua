@@ -6,7 +6,6 @@ local evolution = require "support.evolution"
 local host = require "limax.host"
 local limax = require "limax"
 local ledger = require "limax.supervise.ledger"
-local run_folder = require "limax.run.run_folder"
 
 local suite = require("limax.test").suite "supervise_runs"
 
@@ -139,11 +138,7 @@ suite:test("supervisors keep no state outside of the history: a resume gives the
       robots:simulate():score():breed()
     end
     begun.folder:close()
-    local folder = run_folder.open(parts)
-    local run = limax.start(free(spec, short), { folder = folder, say = evolution.silent })
-    run:restore(folder, true)
-    run:finish()
-    folder:close()
+    limax.start(free(spec, short), { out = parts, resume = true, say = evolution.silent }):finish()
     evolution.same_files(t, parts, whole, { "metrics.jsonl", "ledger.jsonl",
       "r01/population/g0005.jsonl" })
   end

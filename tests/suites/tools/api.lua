@@ -66,7 +66,7 @@ suite:test("tables that public names mention have their fields listed", function
   -- a real generation has the fields that are listed, and no others
   local run = limax.start(limax.experiment { fitness = function() return 1, { one = 1 } end,
     lattice = { 2, 2, 2 }, population = 4, generations = 2, repetitions = 1,
-    supervisor = function() error "no idea" end,
+    islands = { count = 2, migrants = 1 }, supervisor = function() error "no idea" end,
     simulation = { duration = 0.1, settle = 0, accuracy = "preview" } },
     { device = "cpu", say = function() end })
   local entry, fields = run:finish()[2], {}

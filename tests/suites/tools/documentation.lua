@@ -46,7 +46,7 @@ return limax.experiment {
   selection = function(population, random)
     return population.ranked[1], random:integer(#population)
   end,
-  archive = { "grid", descriptors = { "contact", { "distance", range = { 0, 0.1 } } } },
+  islands = { count = 3, every = 2 },
   survival = { "plus", share = 0.3 }, state = function() return { sum = 0 } end,
   supervision = { materials = true, ranges = { mutation_rate = { 0.01, 0.2 } } },
   supervisor = function(history)
@@ -151,7 +151,7 @@ end
 -- The headings of the objects that are compared.
 local OBJECTS = { "config.json", "environment.json", "metrics.jsonl", "ledger.jsonl",
   "timing.jsonl", "Attempt", "Decision", "population/gNNNN.jsonl", "champions/gNNNN.json",
-  "archive/gNNNN.jsonl", "checkpoint", "STATUS" }
+  "checkpoint", "STATUS" }
 
 suite:test("a run folder has the files and fields of the page", function(t)
   local sections, trees, objects = field_page.read(), {}, 0

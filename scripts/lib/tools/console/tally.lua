@@ -71,11 +71,11 @@ end
 
 --- Adds the generations of a repetition that were done before a resume: numbers of failures from
 --- their metrics, and robots from the generations of the best champions only.
----@param lines table[] of metrics.jsonl
+---@param each fun(visit: fun(line: table)) over those of metrics.jsonl
 ---@param read fun(generation: integer): table[] records
-function Tally:add_earlier(repetition, lines, read)
+function Tally:add_earlier(repetition, each, read)
   local first, seen = {}, {}
-  for _, line in ipairs(lines) do
+  each(function(line)
     self.robots = self.robots + line.evaluations
     for name, robots in pairs(line.failed) do
       if robots > 0 then self:count(name == "fitness" and "by fitness" or name, robots) end
@@ -83,9 +83,9 @@ function Tally:add_earlier(repetition, lines, read)
     local champion = line.champion.id
     if not seen[champion] then
       seen[champion] = true
-      first[#first + 1] = line
+      first[#first + 1] = { best = line.best, generation = line.generation }
     end
-  end
+  end)
   table.sort(first, function(a, b)
     if a.best ~= b.best then return a.best > b.best end
     return a.generation < b.generation

@@ -103,6 +103,10 @@ local function described()
       words("integrator", defaults.integrators), words("precision", defaults.precisions),
       words("sharing", defaults.sharings,
         "springs between voxels: mean or sum of their stiffness")) },
+    { name = "islands", text = "populations that evolve side by side, each with an equal part of"
+      .. " the robots, and exchange their best; none if left out", fields = list_of("islands",
+      words("topology", defaults.topologies, "who sends robots to an island: the one before it"
+        .. " (the default), all others, or one that is drawn each time")) },
     { name = "breeding", text = "how offspring are made of parents", fields = list_of "breeding" },
     { name = "fitness", type = names_of "limax.fitness",
       text = "a name, a table or a function (robot) -> number; the one field without a default" },
@@ -110,8 +114,6 @@ local function described()
       text = "a name, a table or a function (population, random) -> i, j" },
     { name = "survival", type = names_of "limax.survival",
       text = "a name, a table or a function (robots, random, state) -> survivors, parents" },
-    { name = "archive", type = names_of "limax.archive",
-      text = "a name or a table: which robots the run remembers beyond their generation" },
     { name = "state", text = "a function that returns a table, which every function of the"
       .. " experiment receives as its last argument and resume restores" },
     { name = "supervisor", type = names_of "limax.supervise",

@@ -46,7 +46,7 @@ runs.STUDY = "study.json"
 -- The lines of a file by repetition.
 local function lines_of(path, kind)
   local by_repetition = {}
-  for _, line in ipairs((run_files.lines(("%s/%s.jsonl"):format(path, kind), kind))) do
+  for _, line in ipairs(run_files.lines(("%s/%s.jsonl"):format(path, kind), kind)) do
     by_repetition[line.repetition] = by_repetition[line.repetition] or {}
     table.insert(by_repetition[line.repetition], line)
   end
@@ -226,7 +226,8 @@ end
 function runs.supervisor_failures(list)
   local failed, asked = 0, 0
   for _, run in ipairs(list) do
-    local its, all = supervision.failures(run.lines, run.ledger)
+    local its, all = supervision.failures(run.lines,
+      function(k) return (run.ledger[k] or {}).source end)
     failed, asked = failed + its, asked + all
   end
   return supervision.failure_text(failed, asked), failed > 0 and failed == asked

@@ -9,6 +9,7 @@ local run_configuration = require "limax.run.run_configuration"
 local run_folder = require "limax.run.run_folder"
 local runs = require "limax.tools.report.runs"
 local source = require "limax.base.source"
+local verify = require "limax.run.verify"
 
 local cells = {}
 
@@ -69,6 +70,7 @@ local function reread(study, cell)
   local run = evolve.start(cells.experiment(study, cell), { repetition = cell.repetition,
     device = study.device, say = function() end })
   local folder = run_folder.open(study.out .. "/" .. cell.path)
+  folder:index(verify.folder(folder.path))
   run:restore(folder)
   folder:close()
   return run

@@ -1,0 +1,164 @@
+--- islands.lua: populations that evolve side by side: offspring have parents of their own island,
+--- an exchange moves the best, and what survival, selection and scripts see of an island.
+
+local evolution = require "support.evolution"
+local limax = require "limax"
+
+local suite = require("limax.test").suite "islands"
+
+local finished = evolution.finished
+
+-- An experiment of three islands of four robots.
+local function three(fields, islands)
+  local spec = { population = 12, generations = 5,
+    islands = { count = 3, every = 2, migrants = 1 } }
+  for name, value in pairs(islands or {}) do spec.islands[name] = value end
+  for name, value in pairs(fields or {}) do spec[name] = value end
+  return spec
+end
+
+-- Ids of the robots of each island as sets, and the robots by rank.
+local function of_islands(robots, count)
+  local ids, ranked = {}, {}
+  for k = 1, count do ids[k], ranked[k] = {}, {} end
+  for _, i in ipairs(robots.ranked) do table.insert(ranked[robots[i].island], robots[i]) end
+  for i = 1, #robots do ids[robots[i].island][robots[i].id] = true end
+  return ids, ranked
+end
+
+-- Robots of island `k` that were elsewhere before, best first.
+local function arrived(robots, k, before)
+  local list = {}
+  for i = 1, #robots do
+    local robot = robots[i]
+    if robot.island == k and robot.origin == "elite" and not before[k][robot.id] then
+      list[#list + 1] = robot
+    end
+  end
+  return list
+end
+
+suite:test("offspring have parents of their island, and an exchange moves the best", function(t)
+  local history = finished(three())
+  for g = 2, #history do
+    local robots = history[g].population
+    local before, best = of_islands(history[g - 1].population, 3)
+    local sizes = { 0, 0, 0 }
+    for i = 1, #robots do
+      local robot = robots[i]
+      sizes[robot.island] = sizes[robot.island] + 1
+      for _, parent in ipairs(robot.origin == "bred" and robot.parents or {}) do
+        t:ok(before[robot.island][parent], ("the parent of robot %d is elsewhere"):format(robot.id))
+      end
+    end
+    t:equal(sizes, { 4, 4, 4 })
+    for k = 1, 3 do
+      local come, source = arrived(robots, k, before), (k + 1) % 3 + 1
+      if (g - 1) % 2 == 1 then
+        t:equal(#come, 0)
+      elseif not before[k][best[source][1].id] then
+        t:equal({ #come, come[1].id, come[1].fitness },
+          { 1, best[source][1].id, best[source][1].fitness })
+      end
+    end
+  end
+end)
+
+suite:test("migrants come from the islands of the topology, and leave places to offspring",
+  function(t)
+    local seen = {}
+    for _, topology in ipairs { "complete", "random" } do
+      local history = finished(three({ survival = { "plus", share = 1 } },
+        { every = 1, migrants = 2, topology = topology }))
+      for g = 2, #history do
+        local before, best = of_islands(history[g - 1].population, 3)
+        local robots = history[g].population
+        for k = 1, 3 do
+          local elites, come = 0, arrived(robots, k, before)
+          for i = 1, #robots do
+            local here = robots[i].island == k and robots[i].origin == "elite"
+            elites = elites + (here and 1 or 0)
+          end
+          t:equal(elites, 3)
+          for _, robot in ipairs(come) do
+            for from = 1, 3 do
+              if best[from][1].id == robot.id then seen[topology .. (from - k) % 3] = true end
+            end
+          end
+        end
+      end
+    end
+    t:equal(seen, { complete1 = true, complete2 = true, random1 = true, random2 = true })
+  end)
+
+suite:test("functions see one island, its state and its diversity", function(t)
+  local history = finished(three {
+    state = function() return { calls = {} } end,
+    survival = function(robots, _, state)
+      t:equal({ #robots, #robots.ranked, robots.state == state }, { 4, 4, true })
+      for i = 1, #robots do t:equal(robots[i].island, robots.island) end
+      t:ok(limax.diversity.distinct(robots) <= 4)
+      state.calls[robots.island] = (state.calls[robots.island] or 0) + 1
+      return { robots.ranked[#robots.ranked] }
+    end,
+    selection = function(robots, _, state)
+      t:equal(#robots.ranked, 1)
+      t:ok(state.calls[robots.island] > 0)
+      return robots.ranked[1], robots.ranked[1]
+    end,
+  })
+  for g = 2, #history do
+    local _, best = of_islands(history[g - 1].population, 3)
+    local robots = history[g].population
+    for k = 1, 3 do
+      local worst = best[k][4].id
+      for i = 1, #robots do
+        if robots[i].island == k and robots[i].origin == "bred" then
+          t:equal(robots[i].parents, { worst, worst })
+        end
+      end
+    end
+  end
+end)
+
+suite:test("metrics have best and mean of each island", function(t)
+  local history = finished(three())
+  local _, best = of_islands(history[5].population, 3)
+  for k, island in ipairs(history[5].islands) do
+    t:equal({ island.best, island.scored }, { best[k][1].fitness, #best[k] })
+    t:ok(island.mean <= island.best)
+  end
+  t:equal(finished()[1].islands, nil)
+end)
+
+suite:test("an island without a scored robot begins anew from all others", function(t)
+  local history = finished(three({ generations = 2, population = 40, fitness = function(robot)
+    return robot.id <= 2 and 0 / 0 or robot:distance()
+  end }, { count = 20 }))
+  t:equal(history[1].islands[1], { scored = 0 })
+  local robots, before = history[2].population, of_islands(history[1].population, 20)
+  for i = 1, #robots do
+    if robots[i].island == 1 then
+      t:ok(not before[1][robots[i].parents[1]] and robots[i].origin == "bred")
+    end
+  end
+end)
+
+suite:test("islands that cannot be are refused", function(t)
+  local function refused(message, fields, islands)
+    t:raises(message, function() evolution.small(three(fields, islands)) end)
+  end
+  refused("islands.count: the population of 12 robots does not make 5 equal islands of at least"
+    .. " 2 robots", nil, { count = 5 })
+  refused("islands.count: the population of 12 robots does not make 12", nil, { count = 12 })
+  refused("islands.migrants: expected at most 3, one robot less than an island has, got 4", nil,
+    { migrants = 4 })
+  refused('islands.topology: expected one of "ring", "complete", "random", got "star"', nil,
+    { topology = "star" })
+  refused("islands.each: unknown", nil, { each = 2 })
+  local run = limax.start(evolution.small(three()), { say = evolution.silent })
+  t:raises("breed: in an experiment with islands, elites and parents come from its survival",
+    function() run:generations()():score():breed { elites = { 1 } } end)
+end)
+
+return suite
