@@ -72,13 +72,9 @@ end
 local function call(found, registers, a, count, known)
   local callee = registers[a] and registers[a].value
   if type(callee) ~= "function" then return end
-  local written = WRITERS[callee] and { [1] = true } or nil
-  if not written and debug.getinfo(callee, "S").what ~= "C" then
-    local inner = read(callee, known)
-    for name, first in pairs(inner.variables) do found.variables[name] = first end
-    written = inner.parameters
-  end
-  for k in pairs(written or {}) do
+  local inner = read(callee, known)
+  for name, first in pairs(inner.variables) do found.variables[name] = first end
+  for k in pairs(WRITERS[callee] and { true } or inner.parameters) do
     if k <= count then write(found, registers[a + first_argument + k - 1]) end
   end
 end
@@ -126,8 +122,8 @@ function read(own, known)
   if known[own] then return known[own] end
   local found = { variables = {}, parameters = {} }
   known[own] = found
-  local from = debug.getinfo(own, "S").source
-  if from:sub(1, 1) == "@" and failure.is_ours(from) then return found end
+  local info = debug.getinfo(own, "S")
+  if info.what == "C" or failure.is_ours(info.source) then return found end
   scan(own, function(k)
     local name, value = debug.getupvalue(own, k + 1)
     local first = type(value) == "table" and "{}" or type(value) == "number" and value or "..."
