@@ -96,6 +96,19 @@ suite:test("every function gets the state, and resume restores it to the same by
   t:equal(host.file.exists(broken .. "/r01/state/g0000.json"), "file")
 end)
 
+suite:test("an own loop reads and writes the state", function(t)
+  local run = limax.start(evolution.small { state = function() return { seen = {} } end },
+    { say = evolution.silent })
+  local last
+  for population in run:generations() do
+    t:equal(#population.state.seen, population.generation)
+    population:score()
+    table.insert(population.state.seen, #population.ranked)
+    last = population
+  end
+  t:equal(#last.state.seen, 3)
+end)
+
 suite:test("a state that no file can hold is refused with its place", function(t)
   local function refused(message, value)
     t:raises(message, function() finished { state = function() return value end } end)
