@@ -230,7 +230,10 @@ suite:test("a dead endpoint gets three questions, then one probe per run", { lim
   -- each question has three attempts; each later run begins with a probe
   t:equal(questions, 9)
   t:ok(probes >= 3 and probes <= 6, probes)
-  t:ok(done.stdout:find("\nllm, llm_paper: partly model: it set 0 %", 1, true), done.stdout)
+  for _, arm in ipairs { "llm", "llm_paper" } do
+    local verdict = ("no claim: the supervisor of %s failed in every generation"):format(arm)
+    t:ok(done.stdout:find(verdict, 1, true), done.stdout)
+  end
   server:close()
 end)
 
