@@ -16,11 +16,13 @@ local encoding = {
     local kinds = robots.materials.count - 1 -- without the empty material, which is 0
     for _, i in ipairs(robots.rows) do
       local genes, voxels, weights = robots:genes(i), robots:voxels(i), robots:weights(i)
+      local stiffness, amplitude, phase = weights[1], weights[2], weights[3]
       for v = 1, #voxels do
         local g = PER_VOXEL * (v - 1)
         local there = genes[g + 1] > -0.5
         voxels[v] = there and math.min(kinds, 1 + math.floor(kinds * squashed(genes[g + 2]))) or 0
-        for kind = 1, 3 do weights[kind][v] = squashed(genes[g + 2 + kind]) end
+        stiffness[v], amplitude[v] = squashed(genes[g + 3]), squashed(genes[g + 4])
+        phase[v] = squashed(genes[g + 5])
       end
     end
   end,
