@@ -207,6 +207,7 @@ end
 ---@field title? string
 ---@field device? string|limax.device
 ---@field scene? table the robot's own if absent, else flat ground
+---@field trial? integer of a robot with several trials; 1 if absent
 ---@field duration? number s
 ---@field progress? fun(progress: table)
 
@@ -216,16 +217,19 @@ end
 ---@return string|nil message
 function motion.simulate(robot, options)
   options = options or {}
-  local own = robot.description.simulation and robot.description.simulation.record or {}
+  local trial = robot.description.trials and not options.scene and (options.trial or 1) or nil
+  local described = trial and robot.description.trials[trial] or robot.description
+  local own = described.simulation and described.simulation.record or {}
   local record = { position = motion.position_rate(own) }
   for kind, rate in pairs(own) do
     if kind ~= "position" then record[kind] = rate end
   end
   -- the block of the scene that is drawn, which may not be the robot's own
-  local scene = options.scene or robot.description.scene or {}
+  local scene = options.scene or described.scene or {}
   record.block = scene.block and record.position or nil
   local walked = robot:simulate { record = record, device = options.device,
-    progress = options.progress, scene = options.scene, duration = options.duration }
+    progress = options.progress, scene = options.scene, trial = trial,
+    duration = options.duration }
   if walked.status ~= "done" then
     return nil, ("the robot is %s: there is no film strip of it"):format(walked.status)
   end

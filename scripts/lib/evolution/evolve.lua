@@ -120,8 +120,10 @@ local function next_generation(run, robots, choice)
   local decided = supervise(run, robots, choice)
   local supervised = host.clock()
   local elites, parents, homes = select(run, robots, generation, decided.parameters, choice)
-  -- an elite keeps its score under the same materials
-  local keep = decided.materials == robots.materials and record.scores_valid(robots)
+  -- an elite keeps its score under the same materials, in the same trials
+  local same = decided.materials == robots.materials
+    and run.world.trials(generation) == robots.trials
+  local keep = same and record.scores_valid(robots)
   local records = mating.records(robots, #elites, parents, keep, homes)
   local bred = genes.breed(run:rules_of_genes(decided), { generation = generation,
     elites = #elites, pairs = parents, parents = robots.engine, records = records,

@@ -9,6 +9,7 @@ local failure = require "limax.base.failure"
 local fitness = require "limax.fitness"
 local host = require "limax.host"
 local metrics = require "limax.run.metrics"
+local robot_trials = require "limax.robot.robot_trials"
 local schema = require "limax.engine.schema"
 local strict = require "limax.engine.strict"
 local scored_robot = require "limax.robot.scored_robot"
@@ -19,11 +20,13 @@ local scoring = require "limax.robot.scoring"
 ---@field config table the experiment's resolved configuration
 ---@field scene limax.scene
 ---@field options table of the engine's simulations
+---@field trials fun(generation: integer): limax.trial[] at least one (experiment/trials.lua)
 ---@field device limax.device
 ---@field fitness limax.fitness the experiment's
 ---@field first_materials limax.materials those of generation 0
 ---@field first_step number s, limit of the time step for a full body of these
----@field advance fun(simulation: limax.simulation, on_progress?: fun(progress: table)) to its end
+---@field advance fun(simulations: limax.simulation[], on_progress?: fun(progress: table)) to their
+--- ends
 ---@field on_progress? fun(progress: table)
 ---@field state table|nil of the experiment's scripts (run/state.lua)
 ---@field say fun(text: string, key?: string) shows a warning once per key
@@ -37,6 +40,7 @@ local scoring = require "limax.robot.scoring"
 ---@field engine limax.population genomes and bodies
 ---@field materials limax.materials that it is made of
 ---@field records table[] one plain table per robot, the lines of its population file
+---@field trials limax.trial[] in which its robots are simulated
 ---@field evaluations integer robots simulated for their score
 ---@field timing table<string, number> s of each step
 ---@field island integer|nil number of the island of which survival and selection see the robots
@@ -52,6 +56,32 @@ end
 
 local population = {}
 
+-- Where the record of robot i comes from; `simulations`, one per trial, are added later. `options`
+-- of each trial, where they are not its own.
+local function context_of(robots, i, materials, options)
+  local function context(k)
+    local trial = robots.trials[k]
+    return { population = robots.engine, index = i, materials = materials, scene = trial.scene,
+      options = options and options[k] or trial.options }
+  end
+  local whole, config = context(1), robots.world.config
+  whole.fitness = config.fitness
+  if config.trials then
+    whole.trials = {}
+    for k, trial in ipairs(robots.trials) do
+      whole.trials[k] = context(k)
+      whole.trials[k].materials = trial.engine_materials or materials
+    end
+  end
+  return whole
+end
+
+-- Names the simulations of a robot, one per trial, in its context; none ends its traces.
+local function set_simulations(context, simulations)
+  context.simulation = simulations[1]
+  for k, trial in ipairs(context.trials or {}) do trial.simulation = simulations[k] end
+end
+
 --- Makes a generation from its fields: those of limax.population.scored, and `ledger`, how it got
 --- its parameters. The steps add `fitness`, which scored it, as `scored_with` in the form that was
 --- passed to `score`; `parents_scored_with` is that of the generation that it was bred from.
@@ -61,15 +91,13 @@ local population = {}
 function population.new(world, fields)
   local robots = setmetatable(fields, class)
   robots.world, robots.contexts, robots.simulations = world, {}, {}
+  robots.trials = world.trials(robots.generation)
   robots.evaluations = robots.evaluations or 0
   robots.timing = robots.timing or {}
   robots.timing.simulate, robots.timing.fitness = 0, 0
   for i, record in ipairs(robots.records) do
-    -- `simulation` is added when the robot has been simulated
-    local context = { population = robots.engine, index = i, materials = robots.materials,
-      scene = world.config.scene, options = world.options, fitness = world.config.fitness }
-    robots.contexts[i] = context
-    robots[i] = scored_robot.new(record, context)
+    robots.contexts[i] = context_of(robots, i, robots.materials)
+    robots[i] = scored_robot.new(record, robots.contexts[i])
   end
   return robots
 end
@@ -99,33 +127,60 @@ local function finite(outcome)
   return outcome
 end
 
---- Simulates the robots that have no status yet: all but the elites that keep their score.
+-- One simulation per trial of some robots.
+local function simulations_of(robots, mask, materials, options)
+  local list = {}
+  for k, trial in ipairs(robots.trials) do
+    list[k] = engine.simulation(robots.engine, trial.engine_materials or materials,
+      trial.engine_scene, options and options[k] or trial.options, robots.world.device, mask)
+  end
+  return list
+end
+
+-- Writes into record and context of robot i what its simulations gave.
+local function settle(record, context, i, simulations)
+  local outcomes = {}
+  for k, simulation in ipairs(simulations) do outcomes[k] = finite(simulation:outcome(i)) end
+  record.outcome, record.trials = outcomes[1], context.trials and outcomes or nil
+  robot_trials.set_status(record)
+  set_simulations(context, simulations)
+end
+
+-- Warns once where a trial's drive is too fast for the time steps of the robots.
+local function check_drive(robots, mask)
+  for k, trial in ipairs(robots.trials) do
+    local longest = 0
+    for i, record in ipairs(robots.records) do
+      local outcome = record.trials and record.trials[k] or record.outcome
+      if mask[i] then longest = math.max(longest, outcome.time_step or 0) end
+    end
+    local problem = longest > 0 and drive.problem(trial.scene, longest)
+    local prefix = robots.world.config.trials and ("trials[%d]: "):format(k) or ""
+    if problem then robots.world.say(prefix .. problem, prefix .. "scene.actuation") end
+  end
+end
+
+--- Simulates the robots that have no status yet, in each trial: all but the elites that keep their
+--- score.
 ---@param on_progress? fun(progress: table)
 ---@return limax.population.scored self
 function Population:simulate(on_progress)
-  local world, mask, count, longest = self.world, {}, 0, 0
+  local world, mask, count = self.world, {}, 0
   for i, record in ipairs(self.records) do
     mask[i] = record.status == nil
     if mask[i] then count = count + 1 end
   end
   if count == 0 then return self end
   local began = host.clock()
-  local simulation = engine.simulation(self.engine, self.materials, world.scene, world.options,
-    world.device, mask)
-  world.advance(simulation, on_progress or world.on_progress)
+  local simulations = simulations_of(self, mask, self.materials)
+  world.advance(simulations, on_progress or world.on_progress)
   for i, record in ipairs(self.records) do
-    if mask[i] then
-      local outcome = finite(simulation:outcome(i))
-      record.outcome, record.status, record.reason = outcome, outcome.status, outcome.reason
-      self.contexts[i].simulation = simulation
-      longest = math.max(longest, outcome.time_step or 0)
-    end
+    if mask[i] then settle(record, self.contexts[i], i, simulations) end
   end
-  table.insert(self.simulations, simulation)
+  for _, simulation in ipairs(simulations) do table.insert(self.simulations, simulation) end
   self.evaluations = self.evaluations + count
   self.timing.simulate = self.timing.simulate + host.clock() - began
-  local problem = longest > 0 and drive.problem(world.config.scene, longest)
-  if problem then world.say(problem, "scene.actuation") end
+  check_drive(self, mask)
   return self
 end
 
@@ -133,7 +188,8 @@ end
 ---@param record table
 ---@return table record
 function population.forget_score(record)
-  for _, name in ipairs { "fitness", "cases", "measures", "outcome", "status", "reason" } do
+  for _, name in ipairs { "fitness", "cases", "measures", "outcome", "trials", "status",
+    "reason" } do
     record[name] = nil
   end
   return record
@@ -162,6 +218,19 @@ local function failure_text(robots)
     #robots, table.concat(reasons, ", "), advice)
 end
 
+-- Warns once where a function of the script scores robots by their first trial only.
+local function check_trials_read(robots, law, wanted)
+  if #robots.trials == 1 or law.name ~= "function" then return end
+  for i, record in ipairs(robots.records) do
+    if wanted[i] and record.status == "done" then
+      if rawget(robots[i], "trials") then return end
+      robots.world.say(("trials: the fitness does not read robot.trials, so only the first of %d"
+        .. " trials counts; robot.trials[2]:distance() is that of the second"):format(
+        #robots.trials), "robot.trials")
+    end
+  end
+end
+
 --- Scores every robot that ended well: by the experiment's fitness, or by another one. Elites and
 --- robots read from a run folder keep a valid score.
 ---@param with? string|table|fun(robot: table): number, number[]?
@@ -181,12 +250,11 @@ function Population:score(with)
   for i, record in ipairs(self.records) do
     wanted[i] = self.contexts[i].simulation ~= nil
     -- a robot that failed in another fitness may get a score from this one
-    if wanted[i] then
-      record.status, record.reason = record.outcome.status, record.outcome.reason
-    end
+    if wanted[i] then robot_trials.set_status(record) end
   end
   scoring.score { call = law.call, robots = self, records = self.records, wanted = wanted,
     generation = self.generation, state = world.state, say = world.say }
+  check_trials_read(self, law, wanted)
   self.ranked = metrics.rank(self.records)
   self.scored_with, self.fitness = self.scored_with or with, law
   if #self.simulations > 0 then self.scored_with = with end
@@ -195,34 +263,31 @@ function Population:score(with)
   return self
 end
 
---- Some robots simulated once more, under other materials or options. The population stays as it
---- is.
+--- Some robots simulated once more, in each trial, under other materials or options. The population
+--- stays as it is.
 ---@param robots limax.population.scored
 ---@param mask boolean[] which ones
 ---@param materials limax.materials
----@param options table
+---@param options? table[] of each trial; its own if left out
 ---@return table<integer, limax.scored_robot> by index; its record has no score
----@return limax.simulation simulation for the caller to free
+---@return limax.simulation[] simulations for the caller to free
 ---@return number seconds wall time of simulating
 function population.simulate_again(robots, mask, materials, options)
-  local world, again = robots.world, {}
-  local simulation =
-    engine.simulation(robots.engine, materials, world.scene, options, world.device, mask)
-  simulation:describe() -- compiles kernels and makes springs, which are not timed
+  local again, simulations = {}, simulations_of(robots, mask, materials, options)
+  -- compiles kernels and makes springs, which are not timed
+  for _, simulation in ipairs(simulations) do simulation:describe() end
   local began = host.clock()
-  world.advance(simulation)
+  robots.world.advance(simulations)
   local seconds = host.clock() - began
   for i = 1, #robots do
     if mask[i] then
-      local record, context, outcome = {}, {}, simulation:outcome(i)
+      local record, context = {}, context_of(robots, i, materials, options)
       for key, value in pairs(robots.records[i]) do record[key] = value end
-      for key, value in pairs(robots.contexts[i]) do context[key] = value end
-      record.outcome, record.status, record.reason = outcome, outcome.status, outcome.reason
-      context.simulation, context.materials, context.options = simulation, materials, options
+      settle(record, context, i, simulations)
       again[i] = scored_robot.new(record, context)
     end
   end
-  return again, simulation, seconds
+  return again, simulations, seconds
 end
 
 local breed_fields = schema.fields { parents = schema.any, elites = schema.any,
@@ -242,12 +307,19 @@ function Population:breed(choice)
   return self
 end
 
+--- Frees simulations.
+---@param simulations limax.simulation[]
+---@param why string completes "this view ended when ..."
+function population.free(simulations, why)
+  for _, simulation in ipairs(simulations) do simulation:free(why) end
+end
+
 --- Frees the simulations of a generation, and so its traces.
 ---@param robots limax.population.scored
 ---@param why string completes "this view ended when ..."
 function population.end_traces(robots, why)
-  for _, simulation in ipairs(robots.simulations) do simulation:free(why) end
-  for _, context in ipairs(robots.contexts) do context.simulation = nil end
+  population.free(robots.simulations, why)
+  for _, context in ipairs(robots.contexts) do set_simulations(context, {}) end
   robots.simulations = {}
 end
 

@@ -26,21 +26,20 @@ local function standard_score(run, robots)
   if materials.equal(materials.fields(robots.materials), run.first_fields) then
     return champion.fitness
   end
-  -- the score of a robot that was the champion before cannot have changed
+  -- the score of a robot that was the champion before cannot have changed in the same trials
   local before = run.history[#run.history]
-  if before and before.champion.id == champion.id
+  if before and before.champion.id == champion.id and before.population.trials == robots.trials
     and robots.scored_with == robots.parents_scored_with then
     return before.best_standard
   end
   local mask = {}
   for i = 1, #robots do mask[i] = i == best end
-  local again, simulation =
-    population.simulate_again(robots, mask, world.first_materials, world.options)
+  local again, simulations = population.simulate_again(robots, mask, world.first_materials)
   local score
   if again[best].status == "done" then
     score = scoring.call(robots.fitness.call, again[best], state.copy(world.state))
   end
-  simulation:free "its robot had been scored under the first materials"
+  population.free(simulations, "its robot had been scored under the first materials")
   return score
 end
 

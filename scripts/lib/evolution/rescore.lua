@@ -56,7 +56,11 @@ end
 ---@return limax.rescored
 function rescore.population(robots, setting, which)
   local world, mask = robots.world, {}
-  local options = rescore.options(world.config, setting, 2)
+  local options = {}
+  for k, trial in ipairs(robots.trials) do
+    options[k] = rescore.options({ simulation = trial.simulation,
+      record = trial.options.record }, setting, 2)
+  end
   for i = 1, #robots do mask[i] = which == nil end
   for k, i in ipairs(which or {}) do
     if robots.records[i] == nil then
@@ -65,18 +69,20 @@ function rescore.population(robots, setting, which)
     end
     mask[i] = true
   end
-  local again, simulation, seconds =
+  local again, simulations, seconds =
     population.simulate_again(robots, mask, robots.materials, options)
   local result = { fitness = {}, distance = {}, status = {}, time_step = {}, failed = 0,
     robots = 0, seconds = seconds, simulated = 0 }
   for i = 1, #robots do
     local robot = again[i]
     if robot then
-      local outcome = robot.record.outcome
+      local record = robot.record
       result.robots = result.robots + 1
-      result.simulated = result.simulated + outcome.step * (outcome.time_step or 0)
-      result.status[i], result.time_step[i] = outcome.status, outcome.time_step
-      if outcome.status == "done" then
+      for _, outcome in ipairs(record.trials or { record.outcome }) do
+        result.simulated = result.simulated + outcome.step * (outcome.time_step or 0)
+      end
+      result.status[i], result.time_step[i] = record.status, record.outcome.time_step
+      if record.status == "done" then
         local value, _, message =
           scoring.call(world.fitness.call, robot, state.copy(world.state))
         result.distance[i], result.fitness[i] = robot:distance(), value
@@ -85,7 +91,7 @@ function rescore.population(robots, setting, which)
       if not result.fitness[i] then result.failed = result.failed + 1 end
     end
   end
-  simulation:free "its robots had been scored again"
+  population.free(simulations, "its robots had been scored again")
   return result
 end
 

@@ -3,6 +3,8 @@
 
 local encodings = require "limax.encoding"
 local engine = require "limax.engine"
+local fault = require "limax.engine.fault"
+local failure = require "limax.base.failure"
 local full_body = require "limax.robot.full_body"
 local ledger = require "limax.supervise.ledger"
 local materials = require "limax.evolution.materials"
@@ -14,6 +16,7 @@ local schema = require "limax.engine.schema"
 local settings = require "limax.settings.settings"
 local strict = require "limax.engine.strict"
 local state = require "limax.run.state"
+local together = require "limax.evolution.together"
 
 ---@class limax.run one repetition of an experiment
 ---@field experiment limax.experiment that it is a repetition of
@@ -39,7 +42,7 @@ local run = { methods = Run }
 ---@field folder? table the same, made already (run_folder.lua)
 ---@field say? fun(text: string) receives warnings; standard error if left out
 ---@field on_progress? fun(progress: table) while robots are simulated
----@field wait? fun(simulation: limax.simulation) advances a simulation to its end (together.lua)
+---@field wait? fun(simulations: limax.simulation[]) advances them to their ends (together.lua)
 ---@field on_generation? fun(entry: limax.generation, seconds: table) after each generation
 ---@field live_prompts? boolean read a model's prompts again before each generation
 
@@ -88,7 +91,23 @@ end
 
 local function print_warning(text) output.warn(text, "\n") end
 
-local function advance(simulation, on_progress) simulation:run(on_progress) end
+-- The least limit of the time step over the trials of the first generation, s, and the material
+-- that sets it.
+local function least_bound(world, common)
+  local least, name = math.huge, ""
+  for k, trial in ipairs(world.first_trials) do
+    local ok, bound, material = failure.attempt(full_body.bound, world.config.lattice,
+      trial.engine_materials or common, trial.engine_scene, trial.options, world.device)
+    if not ok and world.config.trials and fault.is(bound) and bound.text:find "record%." then
+      failure.raise(2, ("trials[%d]: %s; a trial's own record = { contact = 0 } leaves out a trace")
+        :format(k, bound.text))
+    elseif not ok then
+      failure.raise_again(bound, material)
+    end
+    if bound < least then least, name = bound, material end
+  end
+  return least, name
+end
 
 --- Makes a run, and returns what resume found in its folder.
 ---@param experiment limax.experiment
@@ -104,7 +123,8 @@ function run.new(experiment, options)
   ---@type limax.world
   local world = { config = config, scene = engine.scene(config.scene),
     options = settings.engine_options(config.simulation, config.record), device = device,
-    fitness = experiment.fitness, first_materials = first, advance = options.wait or advance,
+    trials = experiment.trials:of(repetition), advance = options.wait or together.finish,
+    fitness = experiment.fitness, first_materials = first,
     state = experiment.state and state.decode(state.encode(experiment.state())),
     on_progress = options.on_progress, say = once(options.say or print_warning) }
   -- refuses a lattice that this machine cannot hold before anything large is made
@@ -112,12 +132,11 @@ function run.new(experiment, options)
   local encoding = encodings.of_engine(experiment.encoding, config.genome,
     { lattice = config.lattice, materials = first.count, seed = config.seed,
       repetition = repetition })
-  world.first_step, world.first_step_material =
-    full_body.bound(config.lattice, first, world.scene, world.options, device)
+  world.first_trials = world.trials(0)
+  world.first_step, world.first_step_material = least_bound(world, first)
   local self = setmetatable({ experiment = experiment, config = config, repetition = repetition,
-    world = world, device = device, scene = world.scene, options = world.options,
-    encoding = encoding, first_materials = first, first_fields = materials.fields(first),
-    first_step = world.first_step,
+    world = world, device = device, encoding = encoding, first_materials = first,
+    first_fields = materials.fields(first), first_step = world.first_step,
     limits = ledger.limits(config.population, config.supervision.ranges, config.supervision),
     history = {}, texts = {}, evaluations = 0, folder = folder, owns_folder = options.out ~= nil,
     on_generation = options.on_generation, live_prompts = options.live_prompts }, Run)
@@ -164,6 +183,11 @@ end
 ---@param fields limax.material_fields
 ---@return limax.materials
 function Run:materials_with(fields) return materials.with(self.first_materials, fields) end
+
+--- The limit of the time step for a full body of these materials, s.
+---@param common limax.materials
+---@return number
+function Run:bound(common) return (least_bound(self.world, common)) end
 
 Run.restore = record.read
 

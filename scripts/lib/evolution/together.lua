@@ -15,8 +15,8 @@ local SLICE = 0.05
 -- robots per multiprocessor, or per thread, that keep a device busy
 local ROBOTS_PER_UNIT = 8
 
---- Advances a simulation to its end, in a run of together.run.
-function together.wait(simulation) coroutine.yield(simulation) end
+--- Advances simulations to their ends, in a run of together.run.
+function together.wait(simulations) coroutine.yield(simulations) end
 
 --- How many repetitions at a time fill a device: at least two.
 ---@param population integer robots of one repetition
@@ -30,31 +30,69 @@ end
 ---@class limax.together.member a repetition that has begun
 ---@field run limax.run
 ---@field thread thread
----@field simulation limax.simulation|nil that it waits for; nil when it has ended
----@field spring_steps number of that simulation, when it was last advanced
+---@field waiting limax.together.waiting|nil for simulations; nil when it has ended
 
--- Runs a repetition until it waits for a simulation, or ends.
+---@class limax.together.waiting
+---@field left limax.simulation[] that have not ended
+---@field progress table<limax.simulation, limax.progress> of each, when it was last advanced
+
+local function waiting(simulations)
+  return { left = { unpack(simulations) }, progress = {} }
+end
+
+-- Runs a repetition until it waits for simulations, or ends.
 local function continue(member)
   local resumed, value, problem, trace = coroutine.resume(member.thread)
   if not resumed then error(value, 0) end -- an interrupt, which nothing catches
   local ended = coroutine.status(member.thread) == "dead"
   if ended and not value then failure.raise_again(problem, trace) end
   if ended then history.release(member.run.history) end
-  member.simulation, member.spring_steps = not ended and value or nil, 0
+  member.waiting = not ended and waiting(value) or nil
 end
 
--- Advances the simulations of all members by a slice. Returns their progress.
-local function advance(members)
+-- Advances all simulations that are left by a slice.
+local function advance(list)
   local simulations = {}
-  for i, member in ipairs(members) do simulations[i] = member.simulation end
-  local progress = engine.advance_together(simulations, SLICE)
-  for _, state in ipairs(progress) do
-    if state.interrupted then
-      host.raise_if_interrupted()
-      error(host.interrupt, 0)
+  for _, each in ipairs(list) do
+    for _, simulation in ipairs(each.left) do simulations[#simulations + 1] = simulation end
+  end
+  local progress, k = engine.advance_together(simulations, SLICE), 0
+  for _, each in ipairs(list) do
+    local left = {}
+    for _, simulation in ipairs(each.left) do
+      k = k + 1
+      if progress[k].interrupted then
+        host.raise_if_interrupted()
+        error(host.interrupt, 0)
+      end
+      each.progress[simulation] = progress[k]
+      if not progress[k].finished then left[#left + 1] = simulation end
+    end
+    each.left = left
+  end
+end
+
+-- The sums over the simulations of one.
+local function total(each)
+  local sum = { done = 0, robots = 0, steps = 0, steps_total = 0, spring_steps = 0,
+    finished = #each.left == 0, interrupted = false }
+  for _, progress in pairs(each.progress) do
+    for _, name in ipairs { "done", "robots", "steps", "steps_total", "spring_steps" } do
+      sum[name] = sum[name] + progress[name]
     end
   end
-  return progress
+  return sum
+end
+
+--- Advances simulations to their ends.
+---@param simulations limax.simulation[]
+---@param on_progress? fun(progress: limax.progress) called after each slice, with their sums
+function together.finish(simulations, on_progress)
+  local each = waiting(simulations)
+  while #each.left > 0 do
+    advance { each }
+    if on_progress then on_progress(total(each)) end
+  end
 end
 
 ---@class limax.together.options
@@ -67,12 +105,12 @@ end
 function together.run(options)
   local active, left, springs, seconds = {}, { unpack(options.repetitions) }, 0, 0
 
-  -- Continues some members; those that still wait for a simulation become the active ones.
+  -- Continues some members; those that still wait for simulations become the active ones.
   local function keep_waiting(members)
     active = {}
     for _, member in ipairs(members) do
-      if not member.simulation then continue(member) end
-      active[#active + 1] = member.simulation and member
+      if not member.waiting then continue(member) end
+      active[#active + 1] = member.waiting and member
     end
   end
 
@@ -86,15 +124,16 @@ function together.run(options)
       keep_waiting(members)
     end
     if #active == 0 then return end
-    local began, share = host.clock(), 0
-    local progress = advance(active)
+    local began, share, list = host.clock(), 0, {}
+    for i, member in ipairs(active) do list[i] = member.waiting end
+    advance(list)
     seconds = seconds + host.clock() - began
-    for i, member in ipairs(active) do
-      local state = progress[i]
-      springs = springs + state.spring_steps - member.spring_steps
-      member.spring_steps = state.spring_steps
+    for _, member in ipairs(active) do
+      local state = total(member.waiting)
+      springs = springs + state.spring_steps - (member.waiting.spring_steps or 0)
+      member.waiting.spring_steps = state.spring_steps
       share = share + (state.steps_total > 0 and state.steps / state.steps_total or 0)
-      if state.finished then member.simulation = nil end
+      if state.finished then member.waiting = nil end
     end
     options.on_progress { steps = share, steps_total = 1, spring_rate = springs / seconds }
     keep_waiting(active)

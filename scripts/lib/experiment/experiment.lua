@@ -11,11 +11,11 @@ local host = require "limax.host"
 local ledger = require "limax.supervise.ledger"
 local overrides = require "limax.experiment.overrides"
 local own_variables = require "limax.experiment.own_variables"
-local plausible = require "limax.settings.plausible"
 local schema = require "limax.engine.schema"
 local settings = require "limax.settings.settings"
 local source = require "limax.base.source"
 local strict = require "limax.engine.strict"
+local trials = require "limax.experiment.trials"
 local variation = require "limax.variation"
 
 ---@class limax.experiment
@@ -26,6 +26,7 @@ local variation = require "limax.variation"
 ---@field encoding limax.encoding.definition as resolved
 ---@field variation { mutation: limax.variation.step, crossover: limax.variation.step } as resolved
 ---@field state nil|fun(): table a script's own state at the start of a repetition
+---@field trials limax.trials in which each robot is simulated
 ---@field supervisor { name: string, call: function } as resolved
 ---@field notes string[] for the user: what was changed, and what is probably unintended
 ---@field scripts string[] absolute paths of its script files
@@ -139,6 +140,7 @@ local rules = schema.fields {
   selection = anything,
   survival = anything,
   state = anything,
+  trials = anything,
   supervisor = anything,
   supervision = with(rules_of(fields.supervision), { ranges = ranges }),
   not_in_paper = schema.list(schema.text(".*", "a text"), { expected = "a list of texts" }),
@@ -174,6 +176,14 @@ local function read_materials(named, origin)
     named = path
   end
   return resolved("materials", plain_materials, named or defaults.materials)
+end
+
+-- What reads materials and scenes of a script.
+local function readers(origin)
+  return {
+    materials = function(named) return read_materials(named, origin) end,
+    scene = function(effects) return resolved("scene", plain_scene, effects) end,
+  }
 end
 
 local function default_name(spec, origin)
@@ -255,10 +265,10 @@ local function resolve(spec, origin)
   message = islands_problem(config)
   if message then return nil, message end
   local parts
-  config.materials, message = read_materials(spec.materials, origin)
+  local read = readers(origin)
+  config.materials, message = read.materials(spec.materials)
   if message then return nil, message end
-  config.scene, message =
-    resolved("scene", plain_scene, spec.scene == nil and defaults.scene or spec.scene)
+  config.scene, message = read.scene(spec.scene == nil and defaults.scene or spec.scene)
   if message then return nil, message end
   parts, message = resolve_parts(spec)
   if message then return nil, message end
@@ -271,13 +281,10 @@ local function resolve(spec, origin)
     if config.record[kind] == 0 then config.record[kind] = rate end
   end
   local notes = settings.finish(config.simulation, config.record)
-  local friction = config.scene.friction
-  if friction and friction.static < friction.kinetic then
-    notes[#notes + 1] = ("scene.friction: static %.6g is below kinetic %.6g; the law is then plain"
-      .. " Coulomb friction at %.6g"):format(friction.static, friction.kinetic, friction.kinetic)
-  end
-  for _, note in ipairs(plausible.notes(config)) do notes[#notes + 1] = note end
   local base = origin and source.folder_of(origin)
+  parts.trials, message = trials.get(spec.trials, config, read, base)
+  if message then return nil, message end
+  for _, note in ipairs(parts.trials.notes) do notes[#notes + 1] = note end
   notes[#notes + 1] = own_variables.note(spec, base)
   local encoding, steps
   encoding, message, steps = resolve_genome(config, spec, base)
@@ -290,12 +297,14 @@ local function resolve(spec, origin)
   config.survival = spec.survival ~= defaults.survival and source.describe(spec.survival, base)
     or nil
   config.state = spec.state and source.describe(spec.state, base)
+  config.trials = parts.trials.config
   local unfit = parts.supervisor.unfit and parts.supervisor.unfit(config)
   if unfit then return nil, ("supervisor %q: %s"):format(parts.supervisor.name, unfit) end
 
   return setmetatable({ config = config, spec = spec, origin = origin, notes = notes,
     fitness = parts.fitness, selection = parts.selection, supervisor = parts.supervisor,
     survival = parts.survival, state = parts.state, encoding = encoding, variation = steps,
+    trials = parts.trials,
     scripts = source.scripts(origin, spec, named_scripts(spec, base)) }, Experiment)
 end
 
@@ -304,7 +313,7 @@ end
 --- Checks and resolves an experiment. Errors raise at the caller's line, with exit status 2.
 --- Fields: name, lattice, materials, seed, genome, scene, simulation, record, population,
 --- generations, evaluations, repetitions, islands, breeding, fitness (the one without a default),
---- selection, survival, state, supervisor, supervision, not_in_paper.
+--- selection, survival, state, trials, supervisor, supervision, not_in_paper.
 ---@param spec table
 ---@return limax.experiment
 function experiment.new(spec)
@@ -325,19 +334,28 @@ end
 ---@return boolean
 function experiment.is(value) return getmetatable(value) == Experiment end
 
--- The resolved values, with defaults for effects that the scene lacks: an override may change one
--- number of a list.
-local function resolved_lists(config)
-  local lists = source.copy(config)
+-- Adds the lists of the effects that a scene lacks.
+local function add_effects(scene)
   for _, effect in ipairs(engine.effects()) do
-    local own = lists.scene[effect.name] or {}
-    lists.scene[effect.name] = own
+    local own = scene[effect.name] or {}
+    scene[effect.name] = own
     for _, field in ipairs(effect.fields) do
       -- the first of an effect that a scene may have several times
       local first = type(own[1]) == "table" and own[1][field.name]
       if field.components > 1 then own[field.name] = own[field.name] or first or field.value end
     end
   end
+end
+
+-- The resolved values, with defaults for effects that a scene lacks: an override may change one
+-- number of a list.
+local function resolved_lists(config)
+  local lists = source.copy(config)
+  for _, trial in ipairs(lists.trials or {}) do
+    trial.scene = trial.scene or source.copy(lists.scene)
+    add_effects(trial.scene)
+  end
+  add_effects(lists.scene)
   local allowed = lists.supervision.ranges or {}
   lists.supervision.ranges = allowed
   for _, limit in ipairs(ledger.limits(config.population)) do
@@ -358,10 +376,8 @@ function Experiment:override(changes)
   for name, value in pairs(whole) do
     if spec[name] == nil then spec[name] = source.copy(value) end
   end
-  local applied, message = overrides.apply(spec, changes, {
-    resolved = resolved_lists(self.config),
-    materials = function(named) return read_materials(named, self.origin) end,
-  })
+  local applied, message = overrides.apply(spec, changes,
+    { resolved = resolved_lists(self.config), materials = readers(self.origin).materials })
   local result
   if applied then result, message = resolve(spec, self.origin) end
   if not result then failure.raise(2, message) end

@@ -179,6 +179,17 @@ end
 ---@field record table<string, number> traces that it reads, samples per second
 ---@field options table resolved options of a library fitness
 
+-- The mean over the trials of a robot. The cases are those of each trial, else its score.
+local function averaged(call, trials)
+  local sum, cases = 0, {}
+  for _, trial in ipairs(trials) do
+    local score, own = call(trial)
+    sum = sum + score
+    for _, case in ipairs(own or { score }) do cases[#cases + 1] = case end
+  end
+  return sum / #trials, cases
+end
+
 --- The fitness that an experiment names: a library name, { name, option = value }, or a function,
 --- whose traces the experiment lists in `record`.
 ---@param spec string|table|fun(robot: limax.scored_robot): number, number[]?
@@ -189,10 +200,15 @@ function fitness.get(spec)
   end
   local name, options = choice.read("fitness", spec, fitness.entries)
   local law = fitness[name]
+  -- one without options takes none
+  local function call(robot) return law(robot, next(options) and options or nil) end
   return {
     name = name,
-    -- one without options takes none
-    call = function(robot) return law(robot, next(options) and options or nil) end,
+    call = function(robot)
+      local trials = robot.trials
+      if not trials or #trials == 1 then return call(trials and trials[1] or robot) end
+      return averaged(call, trials)
+    end,
     record = fitness.entries[name].record(options),
     options = options,
   }

@@ -60,9 +60,10 @@ local of_table = { schema = true, name = true, note = true, fields = true, mater
 local material_fields = { "name", "letter", "kind", "stiffness", "mass_per_site", "damping_ratio",
   "amplitude", "phase", "stiffness_floor" }
 
--- A path into a table of materials: the name or letter of a material becomes its index.
+-- The steps of a path below a table of materials: the name or letter of a material becomes its
+-- index.
 local function material_path(materials, path)
-  if of_table[path[2]] or type(materials.materials) ~= "table" then return path end
+  if of_table[path[2]] or type(materials.materials) ~= "table" then return { unpack(path, 2) } end
   local names, found = {}, nil
   for i, material in ipairs(materials.materials) do
     if path[2] == material.name or path[2] == material.letter then found = i end
@@ -77,11 +78,39 @@ local function material_path(materials, path)
     return nil, ("materials.%s.%s: unknown field%s"):format(path[2], field,
       suggest.ending(field, material_fields))
   end
-  return { "materials", "materials", tostring(found), unpack(path, 3) }
+  return { "materials", tostring(found), unpack(path, 3) }
 end
 
 -- A step of a path as the key of a table.
 local function key_of(step) return step:match "^%d+$" and tonumber(step) or step end
+
+-- The table that a path into scene or materials begins with, and where: that of the experiment, or
+-- of one of its trials.
+local function world_of(spec, path)
+  local trial = path[1] == "trials" and type(spec.trials) == "table"
+    and spec.trials[tonumber(path[2])]
+  if type(trial) == "table" then return trial, 3 end
+  return spec, 1
+end
+
+-- Prepares scene or materials of a trial or the experiment for a path into them. Returns the path.
+local function prepared(spec, path, context)
+  local world, first = world_of(spec, path)
+  local name = path[first]
+  if not path[first + 1] then return path end
+  if name == "scene" and world.scene == nil then world.scene = source.copy(spec.scene) end
+  if name ~= "materials" then return path end
+  local materials, message = world.materials or source.copy(spec.materials), nil
+  if type(materials) ~= "table" then materials, message = context.materials(materials) end
+  if not materials then return nil, message end
+  world.materials = materials
+  local steps
+  steps, message = material_path(materials, { unpack(path, first) })
+  if not steps then return nil, message end
+  local whole = { unpack(path, 1, first) }
+  for _, step in ipairs(steps) do whole[#whole + 1] = step end
+  return whole
+end
 
 ---@class overrides.context
 ---@field resolved table the values that absent fields have, for the lists among them
@@ -97,22 +126,19 @@ function overrides.apply(spec, texts, context)
   for _, text in ipairs(texts) do
     local path, value = parse(text)
     if not path then return nil, value end
-    local holder, resolved = spec, context.resolved
-    if path[1] == "materials" and path[2] then
-      local materials, message = spec.materials, nil
-      if type(materials) ~= "table" then materials, message = context.materials(materials) end
-      if not materials then return nil, message end
-      spec.materials = materials
-      path, message = material_path(materials, path)
-      if not path then return nil, ("--set %s: %s"):format(text, message) end
-    end
+    local holder, resolved, message = spec, context.resolved
+    path, message = prepared(spec, path, context)
+    if not path then return nil, ("--set %s: %s"):format(text, message) end
     for i = 1, #path - 1 do
       local key = key_of(path[i])
       resolved = type(resolved) == "table" and resolved[key] or nil
-      holder = entered(holder, key, resolved)
-      if not holder then
-        return nil, ("--set %s: %s has no fields"):format(text, table.concat(path, ".", 1, i))
+      local within = entered(holder, key, resolved)
+      if not within then
+        local is_function = type(holder[key]) == "function"
+        return nil, ("--set %s: %s %s"):format(text, table.concat(path, ".", 1, i), is_function
+          and "is a function of the script, which has to be changed there" or "has no fields")
       end
+      holder = within
     end
     holder[key_of(path[#path])] = without_null(value)
   end

@@ -6,16 +6,15 @@ local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
 local robot_file = require "limax.robot.robot_file"
+local robot_trials = require "limax.robot.robot_trials"
 local schema = require "limax.engine.schema"
 local settings = require "limax.settings.settings"
 local suggest = require "limax.engine.suggest"
 
 local prepared = {}
 
-local simulation_fields = { "accuracy", "sharing", "duration", "settle", "edge", "position",
-  "velocity", "max_speed", "max_stretch", unpack(settings.of_tier) }
-local option_names = { "scene", "device", "record", "materials", "progress",
-  unpack(simulation_fields) }
+local option_names = { "scene", "trial", "device", "record", "materials", "progress",
+  unpack(settings.names) }
 local is_option = {}
 for _, name in ipairs(option_names) do is_option[name] = true end
 
@@ -30,24 +29,15 @@ end
 
 -- The robot's own settings, overridden by those of `options`.
 local function merged_settings(description, options)
-  local simulation, own = {}, description.simulation or {}
-  for _, name in ipairs(simulation_fields) do simulation[name] = own[name] end
-  simulation.edge = description.edge
-  if options.accuracy then
-    for _, name in ipairs(settings.of_tier) do simulation[name] = nil end
-  end
-  for _, name in ipairs(simulation_fields) do
-    if options[name] ~= nil then simulation[name] = options[name] end
-  end
-  -- a cap or a share of the bound has no effect with a fixed step
-  if type(options.time_step) == "number" then
-    simulation.bound_fraction, simulation.time_step_most = nil, nil
-  end
-  return simulation, options.record or own.record
+  local own = {}
+  for name, value in pairs(description.simulation or {}) do own[name] = value end
+  own.edge = description.edge
+  return settings.replaced(own, options, settings.names), options.record or own.record
 end
 
 ---@class limax.robot.simulate_options
 ---@field scene? table as in an experiment; the robot's own, else flat ground
+---@field trial? integer only this trial of a robot that has several
 ---@field device? "auto"|"cpu"|"cuda"|limax.device "auto" if absent
 ---@field record? table<string, integer> traces, samples per second
 ---@field materials? string|table other materials under the same letters
@@ -77,6 +67,9 @@ function prepared.simulation(robot, options)
     if not is_option[key] then
       engine.fail(("simulate: unknown option %s%s"):format(key, suggest.ending(key, option_names)))
     end
+  end
+  if options.trial ~= nil or robot.description.trials and options.scene == nil then
+    robot = robot_trials.of(robot, options.trial or 1)
   end
   local materials, population, description = robot.materials, robot.population, robot.description
   if options.materials then

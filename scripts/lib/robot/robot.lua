@@ -213,12 +213,14 @@ end
 
 -- ---- simulating ---------------------------------------------------------------------------------
 
---- Simulates this robot: it settles, then its muscles run for `duration`.
+--- Simulates this robot: it settles, then its muscles run for `duration`. One whose file holds
+--- trials is simulated in each of them, unless `options` name a scene or a trial.
 ---@param options? limax.robot.simulate_options
 ---@return limax.scored_robot
 function Robot:simulate(options) return scored_robot.simulate(self, options) end
 
---- Prepares the same simulation, to be advanced step by step.
+--- Prepares the same simulation, to be advanced step by step; of several trials the first one, or
+--- the one that `options` name.
 ---@param options? limax.robot.simulate_options
 ---@return limax.robot_in_motion
 function Robot:begin(options)
@@ -230,8 +232,8 @@ end
 ---@return limax.robot.description
 function Robot:table()
   local description = robot_file.describe(self.population, 1, self.materials, self.description.edge)
-  for _, name in ipairs { "scene", "simulation", "fitness", "score", "outcome", "id", "generation",
-    "parents", "origin" } do
+  for _, name in ipairs { "scene", "simulation", "trials", "fitness", "score", "outcome", "id",
+    "generation", "parents", "origin" } do
     description[name] = self.description[name]
   end
   return description

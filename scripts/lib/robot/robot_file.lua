@@ -30,6 +30,7 @@ robot_file.weights = { "stiffness", "amplitude", "phase" }
 ---@field fitness? any name, { name = ... } or the record of a function
 ---@field score? number what that fitness gave
 ---@field outcome? table what the simulation measured
+---@field trials? table[] scene and simulation of each trial, and the materials that are its own
 ---@field id? integer
 ---@field generation? integer
 ---@field parents? integer[]
@@ -129,6 +130,9 @@ local function simulation_rule(value, path)
   return value
 end
 
+local trial_rule = schema.fields { scene = required(schema.table),
+  simulation = required(simulation_rule), materials = schema.table }
+
 local check_fields = schema.fields {
   schema = schema_rule,
   lattice = required(settings.lattice()),
@@ -138,6 +142,7 @@ local check_fields = schema.fields {
   materials = required(schema.table),
   scene = schema.table,
   simulation = simulation_rule,
+  trials = schema.list(trial_rule, { expected = "a list of trials" }),
   fitness = schema.any,
   score = optional(number),
   outcome = run_files.outcome,
@@ -184,10 +189,13 @@ function robot_file.check(decoded)
   local materials
   materials, message = made(engine.materials, description.materials)
   if message then return nil, message end
-  if description.scene then
-    local scene, refusal = made(engine.scene, description.scene)
+  for k = 0, #(description.trials or {}) do
+    local world = k == 0 and description or description.trials[k]
+    local scene, refusal = made(engine.scene, world.scene or {})
     if not scene then return nil, refusal end
     scene:free()
+    refusal = world.materials and select(2, made(engine.materials, world.materials))
+    if refusal then return nil, refusal end
   end
   local size
   size, message = body.measure_layers(description.voxels, materials)

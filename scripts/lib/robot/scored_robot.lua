@@ -10,6 +10,7 @@ local energy_balance = require "limax.robot.energy_balance"
 local engine = require "limax.engine"
 local prepared = require "limax.robot.prepared"
 local robot_file = require "limax.robot.robot_file"
+local robot_trials = require "limax.robot.robot_trials"
 local schema = require "limax.engine.schema"
 local strict = require "limax.engine.strict"
 local suggest = require "limax.engine.suggest"
@@ -27,6 +28,7 @@ local function fail(pattern, ...) engine.fail(pattern:format(...)) end
 ---@field scene table
 ---@field options table settings of the simulation, with `record` and `edge`
 ---@field fitness? any as robot files keep it
+---@field trials? limax.robot.context[] of each trial, where there are any
 
 ---@class limax.scored_robot
 ---@field id integer number in its run
@@ -41,6 +43,8 @@ local function fail(pattern, ...) engine.fail(pattern:format(...)) end
 ---@field measures table<string, number>|nil numbers that the fitness returns by name
 ---@field coarse boolean a mass was seen to move farther than a tenth of an edge in one step
 ---@field undersampled boolean a period of the muscles has fewer than 20 steps
+---@field trials limax.scored_robot[] it in each trial of the experiment, with all measures; without
+--- trials only the robot itself. The robot's own measures are those of the first trial.
 ---@field genome any view of the genes, nil for a robot made by hand
 ---@field body limax.robot.body what it consists of
 ---@field record table its line of the run's population file
@@ -66,18 +70,30 @@ function made.genome(self)
   return population:genome(self.context.index)
 end
 
--- Fields that are computed from the outcome.
-local computed = {}
-
-function computed.coarse(self)
-  local outcome = self.record.outcome
-  return outcome ~= nil and outcome.coarse == true
+function made.trials(self)
+  local record, contexts = self.record, self.context.trials
+  if not contexts then return { self } end
+  if not record.trials then
+    fail("robot %s has no trials yet: it has not been simulated", record.id)
+  end
+  return robot_trials.each(record, self.context, scored_robot.new)
 end
 
+-- Fields that are computed from the outcomes.
+local computed = {}
+
+function computed.coarse(self) return robot_trials.is_coarse(self.record) end
+
 function computed.undersampled(self)
-  local outcome = self.record.outcome
-  return outcome ~= nil and outcome.time_step ~= nil
-    and drive.problem(self.context.scene, outcome.time_step) ~= nil
+  local record, context = self.record, self.context
+  local outcomes = record.trials or { record.outcome }
+  for k, each in ipairs(context.trials or { context }) do
+    local outcome = outcomes[k]
+    if outcome and outcome.time_step and drive.problem(each.scene, outcome.time_step) then
+      return true
+    end
+  end
+  return false
 end
 
 local class = {}
@@ -337,7 +353,7 @@ function methods:table()
     robot_file.describe(context.population, context.index, context.materials, edge_of(self))
   description.scene, description.simulation = context.scene, context.options
   description.fitness, description.score = context.fitness, record.fitness
-  description.outcome = record.outcome
+  description.outcome, description.trials = record.outcome, robot_trials.described(context)
   for _, name in ipairs { "id", "generation", "parents", "origin" } do
     description[name] = record[name]
   end
@@ -348,15 +364,24 @@ end
 ---@param path string
 function methods:save(path) robot_file.write(path, self:table()) end
 
---- Simulates a robot to its end.
+-- Record and context that one simulation of a robot gives.
+local function simulated(robot, options)
+  local simulation, result = prepared.simulation(robot, options)
+  simulation:run(type(options) == "table" and options.progress or nil)
+  return result()
+end
+
+--- Simulates a robot to its end: in each of its trials, unless `options` name a scene or a trial.
 ---@param robot { description: limax.robot.description, materials: limax.materials,
 --- population: limax.population }
 ---@param options? limax.robot.simulate_options
 ---@return limax.scored_robot
 function scored_robot.simulate(robot, options)
-  local simulation, result = prepared.simulation(robot, options)
-  simulation:run(options and options.progress)
-  return scored_robot.new(result())
+  local own = options == nil and {} or options
+  if not robot.description.trials or type(own) ~= "table" or own.scene or own.trial then
+    return scored_robot.new(simulated(robot, options))
+  end
+  return scored_robot.new(robot_trials.joined(robot, own, simulated))
 end
 
 --- Simulates the same body again: scene and settings as they were, except for what `options` names

@@ -2,6 +2,7 @@
 --- times, so that two runs can be compared byte for byte.
 
 local diversity = require "limax.run.diversity"
+local robot_trials = require "limax.robot.robot_trials"
 local sample = require "limax.base.statistics.sample"
 
 local metrics = {}
@@ -39,7 +40,7 @@ local function count_problems(records)
   for _, record in ipairs(records) do
     local name = counter_of[record.status]
     if name then failed[name] = failed[name] + 1 end
-    if record.outcome and record.outcome.coarse then coarse = coarse + 1 end
+    if robot_trials.is_coarse(record) then coarse = coarse + 1 end
   end
   return failed, coarse
 end

@@ -55,10 +55,19 @@ local function slow_muscles(config)
     1 / frequency, duration, 1 / duration)
 end
 
+-- Friction that does not have to be overcome.
+local function sticking(config)
+  local friction = config.scene.friction
+  if not friction or friction.static >= friction.kinetic then return nil end
+  return ("scene.friction: static %.6g is below kinetic %.6g; the law is then plain Coulomb"
+    .. " friction at %.6g"):format(friction.static, friction.kinetic, friction.kinetic)
+end
+
 --- Notes with field, value and consequence.
 ---@param config table a resolved configuration
 function plausible.notes(config)
   local list = {}
+  list[#list + 1] = sticking(config)
   list[#list + 1] = upwards(config.scene)
   list[#list + 1] = collapse(config)
   list[#list + 1] = falling(config)

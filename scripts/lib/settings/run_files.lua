@@ -122,6 +122,7 @@ local rules = {
     supervision = required(schema.table), simulation = required(simulation),
     record = required(complete(settings.record)), fitness = required(choice),
     selection = required(choice), survival = choice, state = choice, islands = schema.table,
+    trials = schema.table,
     supervisor = required(choice),
     not_in_paper = list(text, "a list of texts"),
     run = required(record {
@@ -182,6 +183,7 @@ local rules = {
     step_size = finite,
     fitness = finite, cases = list(finite, "a list of numbers"), measures = map(finite),
     body = required(body), outcome = required(run_files.outcome),
+    trials = list(run_files.outcome, "a list of outcomes"),
   },
   study = record {
     runs = required(list(record { path = required(text), arm = text, donor = text,

@@ -51,6 +51,35 @@ rules.time_step_most = optional(rules.time_step_most)
 
 --- The rule of an experiment's `simulation`.
 settings.simulation = schema.fields(rules)
+--- The names of its fields.
+settings.names = {}
+for name in pairs(rules) do table.insert(settings.names, name) end
+table.sort(settings.names)
+
+--- The rules of the fields that a trial may replace: those of `simulation` but how bodies are made.
+settings.of_trial = {}
+for name, rule in pairs(rules) do
+  if name ~= "edge" and name ~= "sharing" then settings.of_trial[name] = optional(rule) end
+end
+
+--- Settings of which some are replaced: an accuracy replaces the whole tier, and a fixed step what
+--- only an automatic one uses.
+---@param own table
+---@param changes table other fields of it are ignored
+---@param names string[] the settings
+---@return table
+function settings.replaced(own, changes, names)
+  local result = {}
+  for _, name in ipairs(names) do result[name] = own[name] end
+  for _, name in ipairs(changes.accuracy and settings.of_tier or {}) do result[name] = nil end
+  for _, name in ipairs(names) do
+    if changes[name] ~= nil then result[name] = changes[name] end
+  end
+  if type(changes.time_step) == "number" then
+    result.bound_fraction, result.time_step_most = nil, nil
+  end
+  return result
+end
 
 local rates = {}
 for _, kind in ipairs(defaults.traces) do
@@ -59,6 +88,11 @@ end
 
 --- The rule of an experiment's `record`: samples per second of each trace, 0 for none.
 settings.record = schema.fields(rates)
+
+local own_rates = {}
+for kind, rule in pairs(rates) do own_rates[kind] = optional(rule) end
+--- The rule of a trial's `record`: rates that replace the experiment's.
+settings.of_trial.record = optional(schema.fields(own_rates))
 
 -- Fills in the parts of the tier that the script does not set itself.
 local function apply_tier(simulation)

@@ -4,7 +4,6 @@
 
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
-local full_body = require "limax.robot.full_body"
 local ledger = require "limax.supervise.ledger"
 local schema = require "limax.engine.schema"
 
@@ -24,7 +23,7 @@ local function judge(run, robots, proposal, reason, about)
   for i = 1, robots.materials.count do materials[i] = robots.materials:get(i) end
   local cost = function(fields)
     local candidate = run:materials_with(fields)
-    local bound = full_body.bound(run.config.lattice, candidate, run.scene, run.options, run.device)
+    local bound = run:bound(candidate)
     candidate:free()
     return bound
   end

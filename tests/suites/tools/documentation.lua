@@ -29,8 +29,8 @@ local completes = process.completes
 
 -- ---- the page of the run folder -----------------------------------------------------------------
 
--- All traces, a fitness with cases and measures that fails for one robot, bodies without a muscle,
--- a supervisor with valid and invalid proposals for parameters and materials.
+-- All traces, two trials, a fitness with cases and measures that fails for one robot, bodies
+-- without a muscle, a supervisor with valid and invalid proposals for parameters and materials.
 local RICH = [[
 local limax = require "limax"
 return limax.experiment {
@@ -48,6 +48,8 @@ return limax.experiment {
   end,
   islands = { count = 3, every = 2 },
   survival = { "plus", share = 0.3 }, state = function() return { sum = 0 } end,
+  trials = { {}, { scene = limax.scenes.air { gravity = false }, materials = "paper", duration = 0.1,
+    record = { contact = 0 } } },
   supervision = { materials = true, ranges = { mutation_rate = { 0.01, 0.2 } } },
   supervisor = function(history)
     return { mutation_rate = 0.09 + 0.01 * #history, population = 3,

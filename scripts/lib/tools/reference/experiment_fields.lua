@@ -116,6 +116,9 @@ local function described()
       text = "a name, a table or a function (robots, random, state) -> survivors, parents" },
     { name = "state", text = "a function that returns a table, which every function of the"
       .. " experiment receives as its last argument and resume restores" },
+    { name = "trials", text = "a list of worlds in which each robot is simulated, or a function"
+      .. " (generation, random) that returns one; each with a scene, materials or fields of"
+      .. " simulation that replace the experiment's" },
     { name = "supervisor", type = names_of "limax.supervise",
       text = "a name, a table or a function (history, random) -> proposal" },
     { name = "supervision", text = "what a supervisor may set", fields = list_of("supervision",
