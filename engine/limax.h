@@ -8,7 +8,8 @@
  * limax_error_text(), one per thread. No function throws, calls back, or takes or returns a struct
  * by value. Long work is split into ranges of robots or slices of time that the caller loops over,
  * so that each call can return within about 50 ms. Not divisible are creating an encoding,
- * preparing one robot (about 5 us per voxel) and a number of steps that the caller requests.
+ * preparing one robot (about 5 us per voxel), ranking points (10,000 of 2 objectives in 2 ms, of 3
+ * in 14 ms, of 8 in 140 ms) and a number of steps that the caller requests.
  *
  * Pointers must not be null unless documented otherwise: a null is refused, and a function that
  * returns no status then returns 0, null or NaN and stores a message. The caller must guarantee
