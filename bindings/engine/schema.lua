@@ -29,6 +29,8 @@ function schema.show(value)
   if value == nil or type(value) == "boolean" or type(value) == "cdata" then
     return tostring(value)
   end
+  -- a view of the engine, such as a trace
+  if type(value) == "userdata" and not tostring(value):find "0x" then return tostring(value) end
   -- no `tostring`: it shows an address, or calls a metamethod of the script
   return "a " .. type(value)
 end

@@ -1,5 +1,6 @@
 --- strict.lua: errors for what Lua would ignore or name badly: arguments beyond the parameters of a
---- function, methods called with a dot, and names that a module or an object does not have.
+--- function, methods called with a dot, names that a module or an object does not have, and
+--- assignments to their fields.
 
 local fault = require "limax.engine.fault"
 local schema = require "limax.engine.schema"
@@ -55,12 +56,24 @@ end
 ---@return table
 function strict.module(module) return collector(module .. ".", 0) end
 
---- Makes reading a name that a module does not have an error.
+--- An `__newindex` that raises.
+---@param what string "a robot"
+---@param advice string the next step
+---@return fun(object: table, name: any)
+function strict.read_only(what, advice)
+  return function(_, name)
+    fault.raise(("%s is read-only (assignment to %s); %s"):format(what, schema.show(name), advice))
+  end
+end
+
+--- Makes reading or setting a name that a module does not have an error.
 ---@param module string
 ---@param list table
 ---@return table list
 function strict.close(module, list)
-  return setmetatable(list, { __index = function(_, name) strict.unknown(module, name, list) end })
+  return setmetatable(list, { __index = function(_, name) strict.unknown(module, name, list) end,
+    __newindex = strict.read_only(module, "an experiment takes your own function itself, such as"
+      .. " fitness = my_fitness") })
 end
 
 --- A table for the methods of a class, which are called with a colon.

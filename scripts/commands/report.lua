@@ -31,7 +31,18 @@ is a function of a script, as `limax compare` does.]],
   },
 }
 
+-- The page's file, whose name must not promise another format.
+local function page_path(out, folder)
+  if not out then return folder .. "/report.html" end
+  if not out:lower():match "%.html?$" then
+    failure.raise(2, ("--out %s: the page is HTML: its name must end in .html; --figures DIR writes"
+      .. " figures for print"):format(out))
+  end
+  return out
+end
+
 function command.run(arguments)
+  page_path(arguments.out, "")
   local folders = runs.read_all(arguments)
   local any = false
   for _, folder in ipairs(folders) do
@@ -47,7 +58,7 @@ function command.run(arguments)
     output.write(("%s: %s\n"):format(shell.path(arguments.figures), table.concat(names, ", ")))
     if not arguments.out then return 0 end
   end
-  local path = arguments.out or folders[1].path .. "/report.html"
+  local path = page_path(arguments.out, folders[1].path)
   local text = page.text(folders, options)
   source.write(path, text)
   output.write(("%s: %.0f kB\n"):format(shell.path(path), #text / 1000))

@@ -2,6 +2,7 @@
 --- folder, and continues an earlier run.
 
 local budget = require "limax.experiment.budget"
+local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
 local evolve = require "limax.evolution.evolve"
 local experiments = require "limax.experiment.experiment"
@@ -20,8 +21,14 @@ local terminal = require "limax.base.terminal"
 local tiers = require "limax.settings.tiers"
 local together = require "limax.evolution.together"
 
+-- What to write for an option that is a field of the experiment.
+local function instead(name)
+  return defaults.fields.experiment[name] and ("--set %s=..."):format(name) or nil
+end
+
 local command = {
   summary = "run an experiment, or continue one",
+  instead = instead,
   usage = "limax run FILE [options]\n       limax run --resume DIR [options]",
   positional = { least = 0, most = 1, name = "FILE" },
   exclusive = { { "together", "apart" } },
@@ -69,6 +76,10 @@ end
 -- The experiment that a script returned.
 local function checked(value, path)
   if experiments.is(value) then return value end
+  local test = package.loaded["limax.test"]
+  if test and test.begun() then
+    failure.raise(2, ("%s is a suite of tests: limax test %s"):format(path, path))
+  end
   failure.raise(2, ("%s returns no experiment: it should end in `return limax.experiment"
     .. " { ... }`; a script that runs by itself is started by: limax %s"):format(path, path))
 end

@@ -3,6 +3,7 @@
 
 local engine = require "limax.engine"
 local host = require "limax.host"
+local strict = require "limax.engine.strict"
 local suggest = require "limax.engine.suggest"
 
 -- the module of each public name, and the field of it
@@ -60,4 +61,5 @@ return setmetatable(limax, {
     rawset(self, name, value)
     return value
   end,
+  __newindex = strict.read_only("limax", "keep your own values in local variables"),
 })

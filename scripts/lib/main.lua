@@ -62,6 +62,10 @@ local function run_script(argv)
     output.warn(("limax: %s made an experiment and did nothing with it: it should end in"
       .. " `return limax.experiment { ... }`\n"):format(argv[1]))
   end
+  local test = package.loaded["limax.test"]
+  if test and test.begun() then
+    failure.raise(exit_usage, ("%s is a suite of tests: limax test %s"):format(argv[1], argv[1]))
+  end
   if type(value) ~= "table" then return nil end
   local run = load_command "run"
   if not run.is_experiment(value) then return nil end

@@ -103,6 +103,8 @@ function options.parse(command, argv)
     local option = by_form[form]
     if not option then
       local ending = form:sub(1, 2) == "--" and suggest.ending(form, long_forms) or ""
+      local meant = command.instead and command.instead(form:sub(3))
+      if meant then ending = "; did you mean " .. meant .. "?" end
       refuse(command, ("unknown option %s%s"):format(form, ending))
     end
     local value = true

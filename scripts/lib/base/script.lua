@@ -47,13 +47,23 @@ function script.load(file)
   return chunk
 end
 
+-- The value that a file returns; more would be ignored.
+local function only_one(file, value, more)
+  if more ~= nil then
+    failure.raise(exit_usage,
+      ("%s returns several values: return one experiment, and put others into files of their own")
+      :format(file))
+  end
+  return value
+end
+
 --- Runs a file with `...` as its arguments, also in the global `arg`.
 ---@param ... string
----@return any ... what the file returns
+---@return any what the file returns
 function script.run(file, ...)
   local chunk = script.load(file)
   rawset(_G, "arg", { [0] = file, ... })
-  return chunk(...)
+  return only_one(file, chunk(...))
 end
 
 return script

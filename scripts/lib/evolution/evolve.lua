@@ -54,7 +54,9 @@ end
 -- Parameters, materials and ledger record of the next generation. What an own loop chooses replaces
 -- what the supervisor decides.
 local function supervise(run, robots, choice)
+  local ranking = mating.ranking(robots)
   local parameters, fields, entry, shares, failed = supervision.decide(run, robots)
+  mating.check_unchanged(robots, ranking, "the supervisor")
   choice.elite_fraction = choice.elites and #choice.elites / #robots
   for name in pairs(parameters) do
     if choice[name] ~= nil then
@@ -69,9 +71,9 @@ end
 
 -- Calls a function of the experiment; an error of it ends the run.
 local function call(what, own, ...)
-  local ok, first, second = failure.attempt_watched(what, own, ...)
+  local ok, first, second, third = failure.attempt_watched(what, own, ...)
   if not ok then failure.raise_again(first, second) end
-  return first, second
+  return first, second, third
 end
 
 local function random_of(run, generation, individual)
@@ -82,9 +84,11 @@ end
 -- script may name the former.
 local function survive(run, robots, generation, parameters, named)
   if named then return mating.check_scored(robots, named, "breed: elites"), robots end
+  local ranking = mating.ranking(robots)
   local survivors, parents = call("the survival", run.experiment.survival, robots,
     random_of(run, generation, robots.island and run.config.population + robots.island or 0),
-    run.world.state, parameters)
+    run.world.state, source.copy(parameters))
+  mating.check_unchanged(robots, ranking, "the survival")
   mating.check_scored(robots, survivors, "survival: survivors")
   if #survivors >= #robots then
     failure.raise(1, ("survival: %d survivors leave no place for offspring in a population of %d")
@@ -98,7 +102,10 @@ end
 -- Survivors, a pair of parents per robot of the next generation, and the islands of these robots.
 local function select(run, robots, generation, parameters, choice)
   local config, place = run.config, source.place(run.config.selection)
+  local elites, parents, homes
+  local rankings = {}
   local function choose(pool, child)
+    rankings[pool] = rankings[pool] or mating.ranking(pool)
     return call("the selection", run.experiment.selection, pool,
       random_of(run, generation, child), run.world.state)
   end
@@ -107,12 +114,19 @@ local function select(run, robots, generation, parameters, choice)
       failure.raise(2, "breed: in an experiment with islands, elites and parents come from its"
         .. " survival and selection; leave them out")
     end
-    return islands.select(robots, config.islands, generation, { choose = choose, place = place,
+    elites, parents, homes = islands.select(robots, config.islands, generation, { choose = choose,
       survive = function(view) return survive(run, view, generation, parameters) end,
-      random = random_of(run, generation, config.population + config.islands.count + 1) })
+      random = random_of(run, generation, config.population + config.islands.count + 1),
+      place = place })
+  else
+    local pool
+    elites, pool = survive(run, robots, generation, parameters, choice.elites)
+    parents = mating.pairs(pool, elites, choice.parents, choose, place)
   end
-  local elites, pool = survive(run, robots, generation, parameters, choice.elites)
-  return elites, mating.pairs(pool, elites, choice.parents, choose, place)
+  for pool, ranking in pairs(rankings) do
+    mating.check_unchanged(pool, ranking, "the selection")
+  end
+  return elites, parents, homes
 end
 
 local function next_generation(run, robots, choice)
@@ -201,6 +215,7 @@ function Run:generations()
     self.population, self.upcoming = self.upcoming or nil, nil
     if not self.population then
       local text = failure_text(self.history)
+        or supervision.idle_text(self.experiment.supervisor, self.history)
       if text then self:say(("repetition %d: %s"):format(self.repetition, text)) end
       self:close()
     end

@@ -9,8 +9,10 @@ local mating = {}
 
 local function check_index(index, robots, what)
   if type(index) ~= "number" or index ~= math.floor(index) or index < 1 or index > #robots then
-    failure.raise(1, ("%s is %s; expected an index from 1 to %d%s"):format(what, tostring(index),
-      #robots, index == nil and " (a selection returns two)" or ""))
+    local hint = index == nil and " (a selection returns two)"
+      or type(index) == "table" and " (population.ranked lists indices, best first)" or ""
+    failure.raise(1, ("%s is %s; expected an index from 1 to %d%s"):format(what, schema.show(index),
+      #robots, hint))
   end
   return index
 end
@@ -39,6 +41,34 @@ function mating.check_scored(robots, list, what)
   return list
 end
 
+--- What scripts may read and must not change: the places of the robots and their ranking.
+---@param robots limax.population.scored
+---@return integer[] a copy of the ranking, for `mating.check_unchanged`
+function mating.ranking(robots)
+  local copy = {}
+  for k, index in ipairs(robots.ranked) do copy[k] = index end
+  return copy
+end
+
+--- Raises if a script sorted or cut the list of robots or their ranking, which all calls share.
+---@param robots limax.population.scored
+---@param ranking integer[] from before the script ran
+---@param who string "the selection"
+function mating.check_unchanged(robots, ranking, who)
+  local what
+  for k = 1, math.max(#ranking, #robots.ranked) do
+    if robots.ranked[k] ~= ranking[k] then what = "population.ranked" end
+  end
+  for i, record in ipairs(robots.records) do
+    if not robots[i] or robots[i].record ~= record then what = "the population's list of robots" end
+  end
+  if what then
+    failure.raise(1, ("%s of generation %d changed %s, which all its calls share: change a copy,"
+      .. " such as local mine = { unpack(population.ranked) }"):format(who, robots.generation,
+      what))
+  end
+end
+
 --- The robots from which a selection picks two: a scored population whose `ranked` lists only the
 --- parents, best first.
 ---@param robots limax.population.scored
@@ -59,9 +89,10 @@ end
 ---@param place? string of the script's own selection: FILE:LINE
 ---@return integer[]
 function mating.chosen(pool, child, choose, place)
-  local first, second = choose(pool, child)
+  local first, second, third = choose(pool, child)
   local what = ("the selection's choice%s for robot %d of generation %d")
     :format(place and (" (%s)"):format(place) or "", child, pool.generation + 1)
+  if third ~= nil then failure.raise(1, what .. ": expected two indices, got more") end
   return { check_index(first, pool, what), check_index(second, pool, what) }
 end
 

@@ -231,6 +231,18 @@ local function check_trials_read(robots, law, wanted)
   end
 end
 
+-- What to say of a first generation whose bodies differ and whose scores do not; nil of others.
+local function constant_text(robots)
+  local first, differ = robots.records[robots.ranked[1]], false
+  for _, i in ipairs(robots.ranked) do
+    local record = robots.records[i]
+    if record.fitness ~= first.fitness then return nil end
+    differ = differ or record.body.hash ~= first.body.hash
+  end
+  return differ and ("all %d scored robots of generation 0 have the fitness %.6g: selection cannot"
+    .. " tell them apart; does the fitness read the robot?"):format(#robots.ranked, first.fitness)
+end
+
 --- Scores every robot that ended well: by the experiment's fitness, or by another one. Elites and
 --- robots read from a run folder keep a valid score.
 ---@param with? string|table|fun(robot: table): number, number[]?
@@ -260,6 +272,8 @@ function Population:score(with)
   if #self.simulations > 0 then self.scored_with = with end
   self.timing.fitness = self.timing.fitness + host.clock() - began
   if #self.ranked == 0 then failure.raise(1, failure_text(self)) end
+  local constant = self.generation == 0 and constant_text(self)
+  if constant then world.say(constant) end
   return self
 end
 

@@ -11,6 +11,8 @@ local host = require "limax.host"
 local ledger = require "limax.supervise.ledger"
 local overrides = require "limax.experiment.overrides"
 local own_variables = require "limax.experiment.own_variables"
+local plausible = require "limax.settings.plausible"
+local scenes = require "limax.scenes"
 local schema = require "limax.engine.schema"
 local settings = require "limax.settings.settings"
 local source = require "limax.base.source"
@@ -31,8 +33,34 @@ local variation = require "limax.variation"
 ---@field notes string[] for the user: what was changed, and what is probably unintended
 ---@field scripts string[] absolute paths of its script files
 ---@field origin string|nil absolute path of the file that made it
-local Experiment = strict.methods "experiment"
-Experiment.__index = Experiment
+---@field warned boolean|nil were its notes shown?
+---@field projected boolean|nil was its use of a language model estimated?
+---@field endpoints table|nil what its runs learnt about endpoints of language models
+local Experiment = {}
+
+-- The fields of an experiment are in a table of their own, so that every assignment is seen.
+local FIELDS = {}
+
+-- Fields that an experiment may lack; the last three are set while it runs.
+local MAY_LACK = { origin = true, state = true, projected = true, warned = true, endpoints = true }
+
+function Experiment.__index(self, key)
+  local fields = rawget(self, FIELDS)
+  local value = fields[key]
+  if value ~= nil or MAY_LACK[key] then return value end
+  return Experiment.methods[key] or strict.unknown("an experiment", key, fields, MAY_LACK,
+    Experiment.methods)
+end
+
+local read_only =
+  strict.read_only("an experiment", "set its fields inside limax.experiment { ... }")
+
+function Experiment.__newindex(self, key, value)
+  if not MAY_LACK[key] then read_only(self, key) end
+  rawget(self, FIELDS)[key] = value
+end
+
+Experiment.methods = strict.methods("experiment", { kind_name = "experiment" })
 
 local experiment = {}
 
@@ -166,7 +194,30 @@ local function plain(object)
   return plain_table
 end
 local function plain_materials(named) return plain(engine.materials(named)) end
-local function plain_scene(effects) return plain(engine.scene(effects)) end
+
+local function plain_scene(effects)
+  if type(effects) == "function" or type(effects) == "string" then
+    local name = type(effects) == "string" and rawget(scenes, effects) and effects or "land"
+    failure.raise(2, ("scene: expected a table, got %s; a ready scene is called: scene ="
+      .. " limax.scenes.%s()"):format(schema.show(effects), name))
+  end
+  return plain(engine.scene(effects))
+end
+
+-- Where a name belongs that is no field of an experiment; nil for one that belongs nowhere.
+local function place_of(name)
+  for _, group in ipairs { "breeding", "genome", "simulation", "supervision" } do
+    if fields[group] and fields[group][name] then
+      return ("it belongs in %s = { %s = ... }"):format(group, name)
+    end
+  end
+  for _, effect in ipairs(engine.effects()) do
+    if effect.name == name then return ("it belongs in scene = { %s = ... }"):format(name) end
+  end
+  if name == "device" or name == "threads" then
+    return ("it is an option of limax run: --%s"):format(name)
+  end
+end
 
 -- The table of the materials that an experiment names; a file may lie beside it.
 local function read_materials(named, origin)
@@ -253,7 +304,11 @@ local function resolve(spec, origin)
     return nil, "limax.experiment: expected a table, got " .. schema.show(spec)
   end
   local config, message = rules(spec, "")
-  if not config then return nil, message end
+  if not config then
+    local name = message:match "^([%w_]+): unknown field"
+    local place = name and place_of(name)
+    return nil, place and ("%s: unknown field; %s"):format(name, place) or message
+  end
   if spec.fitness == nil then
     return nil, 'fitness: expected a name (such as "walk"), a table or a function;'
       .. " it is the one field without a default"
@@ -285,7 +340,6 @@ local function resolve(spec, origin)
   parts.trials, message = trials.get(spec.trials, config, read, base)
   if message then return nil, message end
   for _, note in ipairs(parts.trials.notes) do notes[#notes + 1] = note end
-  notes[#notes + 1] = own_variables.note(spec, base)
   local encoding, steps
   encoding, message, steps = resolve_genome(config, spec, base)
   if message then return nil, message end
@@ -293,6 +347,8 @@ local function resolve(spec, origin)
   config.name = config.name or default_name(spec, origin)
   config.fitness = source.describe(spec.fitness, base)
   config.selection = source.describe(spec.selection or defaults.selection, base)
+  for _, note in ipairs(plausible.breeding_notes(config)) do notes[#notes + 1] = note end
+  notes[#notes + 1] = own_variables.note(spec, base)
   config.supervisor = source.describe(spec.supervisor or defaults.supervisor, base)
   config.survival = spec.survival ~= defaults.survival and source.describe(spec.survival, base)
     or nil
@@ -301,11 +357,11 @@ local function resolve(spec, origin)
   local unfit = parts.supervisor.unfit and parts.supervisor.unfit(config)
   if unfit then return nil, ("supervisor %q: %s"):format(parts.supervisor.name, unfit) end
 
-  return setmetatable({ config = config, spec = spec, origin = origin, notes = notes,
+  return setmetatable({ [FIELDS] = { config = config, spec = spec, origin = origin, notes = notes,
     fitness = parts.fitness, selection = parts.selection, supervisor = parts.supervisor,
     survival = parts.survival, state = parts.state, encoding = encoding, variation = steps,
     trials = parts.trials,
-    scripts = source.scripts(origin, spec, named_scripts(spec, base)) }, Experiment)
+    scripts = source.scripts(origin, spec, named_scripts(spec, base)) } }, Experiment)
 end
 
 -- ---- the module ---------------------------------------------------------------------------------
@@ -367,7 +423,7 @@ end
 --- The same experiment with fields changed by `path=value` texts, checked again as a whole.
 ---@param changes string[]
 ---@return limax.experiment
-function Experiment:override(changes)
+function Experiment.methods:override(changes)
   if #changes == 0 then return self end
   local spec = source.copy(self.spec)
   -- fields whose default is a table: an override changes a part of it
@@ -380,7 +436,7 @@ function Experiment:override(changes)
     { resolved = resolved_lists(self.config), materials = readers(self.origin).materials })
   local result
   if applied then result, message = resolve(spec, self.origin) end
-  if not result then failure.raise(2, message) end
+  if not result then failure.raise(2, message .. overrides.hint(changes)) end
   return result
 end
 

@@ -30,6 +30,20 @@ local function parse(text)
   return steps, decoded
 end
 
+--- What to add to an error about changes: how to write a list, where one was meant.
+---@param changes string[]
+---@return string
+function overrides.hint(changes)
+  for _, text in ipairs(changes) do
+    local steps, value = parse(text)
+    local list = steps and type(value) == "string" and value:match "^[{%[]?([%d%.,%s%-]+)[}%]]?$"
+    if list and list:find(",", 1, true) then
+      return ("; a list is JSON: --set %s=[%s]"):format(table.concat(steps, "."), list)
+    end
+  end
+  return ""
+end
+
 -- JSON's null inside a value is an absent field.
 local function without_null(value)
   if value == host.json.null then return nil end

@@ -228,13 +228,22 @@ function View:__index(key)
   return voxel
 end
 
---- A body as fitness, selection and supervisors read it.
+-- The voxels by name of material: a copy, in which an unknown name is an error.
+local function counts_of(record)
+  local counts = {}
+  for name, count in pairs(record.counts) do counts[name] = count end
+  return setmetatable(counts, { __index = function(_, name)
+    strict.unknown("a body's count", name, record.counts)
+  end })
+end
+
+--- A body as fitness, selection and supervisors read it. It shares no table with the record.
 ---@param record limax.body.record
 ---@return limax.robot.body
 function body.view(record)
-  return setmetatable({ size = record.size, mass = record.mass, count = record.counts,
-    voxels = record.voxels, masses = record.masses, springs = record.springs, hash = record.hash,
-    letters = record.letters }, View)
+  return setmetatable({ size = { unpack(record.size) }, mass = record.mass,
+    count = counts_of(record), voxels = record.voxels, masses = record.masses,
+    springs = record.springs, hash = record.hash, letters = record.letters }, View)
 end
 
 return body

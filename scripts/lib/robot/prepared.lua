@@ -5,6 +5,8 @@ local choice = require "limax.base.choice"
 local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
+local output = require "limax.base.output"
+local plausible = require "limax.settings.plausible"
 local robot_file = require "limax.robot.robot_file"
 local robot_trials = require "limax.robot.robot_trials"
 local schema = require "limax.engine.schema"
@@ -33,6 +35,16 @@ local function merged_settings(description, options)
   for name, value in pairs(description.simulation or {}) do own[name] = value end
   own.edge = description.edge
   return settings.replaced(own, options, settings.names), options.record or own.record
+end
+
+local warned = {}
+
+local function warn_if_buried(scene, resolved)
+  local ground, position = scene:table().ground, resolved.position
+  if not ground or not position or position[3] >= ground.height then return end
+  local text = plausible.buried(position[3], ground.height)
+  if not warned[text] then output.warn("! simulate: ", text, "\n") end
+  warned[text] = true
 end
 
 ---@class limax.robot.simulate_options
@@ -82,6 +94,7 @@ function prepared.simulation(robot, options)
   local ok, resolved =
     failure.attempt(settings.simulation_options, merged_settings(description, options))
   if not ok then engine.fail("simulate: " .. failure.bare(resolved)) end
+  warn_if_buried(scene, resolved)
   local simulation =
     engine.simulation(population, materials, scene, resolved, device_of(options.device))
   return simulation, function()

@@ -109,13 +109,8 @@ function class.__index(self, key)
   return methods[key] or strict.unknown("a robot", key, of_record, computed, made, methods)
 end
 
-function class.__newindex(self, key, value)
-  if of_record[key] then
-    self.record[key] = value
-  else
-    rawset(self, key, value)
-  end
-end
+class.__newindex = strict.read_only("a robot", "a fitness returns its score and measures; keep"
+  .. " other values in a table of your own, by robot.id")
 
 function class.__tostring(self)
   local record = self.record

@@ -49,13 +49,16 @@ end
 -- What is wrong with a fitness's results; nil if right. NaN and infinity are `excusable`: they come
 -- from a robot, not from the script.
 local function complaint(value, extra)
-  if type(value) ~= "number" then
+  if value == nil then
+    return "the fitness returned nil, expected a number; does every path of it end in `return`?"
+  elseif type(value) ~= "number" then
     return "the fitness returned " .. schema.show(value) .. ", expected a number"
   elseif not is_finite(value) then
     return "the fitness returned " .. refused(value), true
   elseif extra ~= nil and type(extra) ~= "table" then
     return "the fitness's second result is " .. schema.show(extra)
-      .. ", expected a table of cases (a list of numbers) and measures (numbers with names)"
+      .. ", expected a table of cases (a list of numbers) and measures (numbers with names);"
+      .. " parentheses keep only the first: return (robot:strain())"
   end
   -- sorted, so that the first message is the same in every process
   for _, key in ipairs(choice.sorted_keys(extra or {})) do
@@ -77,11 +80,16 @@ function scoring.parts(extra)
   return #cases > 0 and cases or nil, next(measures) and measures or nil
 end
 
+-- FILE:LINE where a fitness begins.
+local function at(call)
+  local info = debug.getinfo(call, "S")
+  return ("%s:%d"):format(info.short_src, info.linedefined)
+end
+
 -- "FILE:LINE: " of a fitness, unless a text begins with a place: a tail call leaves none.
 local function place_of(call, text)
   if text:find "^[^%s:]+:%d+: " then return "" end
-  local info = debug.getinfo(call, "S")
-  return ("in the function at %s:%d: "):format(info.short_src, info.linedefined)
+  return ("in the function at %s: "):format(at(call))
 end
 
 --- Calls a fitness for one robot: its two results, or `nil, nil, message, excusable`. The message
@@ -103,7 +111,9 @@ function scoring.call(call, robot, state)
     return nil, nil, "the fitness failed: " .. place .. text, false, place .. trace
   end
   local message, excusable = complaint(value, extra)
-  if message then return nil, nil, message, excusable end
+  if message then
+    return nil, nil, ("%s (%s)"):format(message, at(call)), excusable
+  end
   return value, extra
 end
 

@@ -80,6 +80,9 @@ function Folder:check(ok, message)
     state = ("everything up to generation %d of repetition %d is on disk; continue with: %s")
       :format(self.checkpoint.generation, self.checkpoint.repetition,
         shell.resume_command(self.path))
+  elseif host.file.exists(self.path .. "/checkpoint") then
+    state = "the generations that the folder held are as they were; limax list --check "
+      .. shell.path(self.path) .. " verifies them"
   end
   failure.raise_machine("disk", message .. "; " .. state)
 end

@@ -45,6 +45,49 @@ local function falling(config)
     .. " takes %.4g s: it never lands"):format(height, time, run_time)
 end
 
+-- A start below the ground, which throws the body out.
+local function buried(config)
+  local ground, height = config.scene.ground, config.simulation.position[3]
+  if not ground or height >= ground.height then return nil end
+  return plausible.buried(height, ground.height)
+end
+
+-- Muscles in a scene that does not drive them.
+local function idle_muscles(config)
+  if config.scene.actuation then return nil end
+  return "scene names no actuation: no muscle moves; actuation = { frequency = 2 } drives them"
+end
+
+-- A fall through the whole run.
+local function bottomless(config)
+  local scene = config.scene
+  local down = scene.gravity and -scene.gravity.acceleration[3] or 0
+  if down <= 0 or scene.drag then return nil end
+  for _, name in ipairs { "ground", "planes", "spheres", "boxes", "terrain", "anchors" } do
+    if scene[name] then return nil end
+  end
+  return "scene has gravity and nothing to stand on: bodies fall all the time; ground = true is"
+    .. " flat ground"
+end
+
+-- Offspring that cannot differ from their parents.
+local function no_variation(config)
+  local breeding = config.breeding
+  local mutates = config.genome.mutation or breeding.mutation_rate * breeding.mutation_scale > 0
+  if mutates or breeding.crossover_rate > 0 then return nil end
+  return "breeding: without mutation (mutation_rate, mutation_scale) and crossover_rate, offspring"
+    .. " are copies of their parents"
+end
+
+-- A tournament that the best robot always wins.
+local function large_tournament(config)
+  local selection = config.selection
+  local size = type(selection) == "table" and selection.name == "tournament" and selection.size
+  if not size or size <= config.population then return nil end
+  return ("selection: a tournament of %d in a population of %d nearly always picks the best")
+    :format(size, config.population)
+end
+
 -- Muscles that do not complete one cycle in the run.
 local function slow_muscles(config)
   local actuation, duration = config.scene.actuation, config.simulation.duration
@@ -63,6 +106,15 @@ local function sticking(config)
     .. " friction at %.6g"):format(friction.static, friction.kinetic, friction.kinetic)
 end
 
+--- What happens to a body that starts below the ground.
+---@param height number m, of its lowest corner
+---@param ground number m
+---@return string
+function plausible.buried(height, ground)
+  return ("position: z = %.4g m is %.4g m below scene.ground: contact throws the body out")
+    :format(height, ground - height)
+end
+
 --- Notes with field, value and consequence.
 ---@param config table a resolved configuration
 function plausible.notes(config)
@@ -72,6 +124,18 @@ function plausible.notes(config)
   list[#list + 1] = collapse(config)
   list[#list + 1] = falling(config)
   list[#list + 1] = slow_muscles(config)
+  list[#list + 1] = buried(config)
+  list[#list + 1] = idle_muscles(config)
+  list[#list + 1] = bottomless(config)
+  return list
+end
+
+--- Notes on breeding and selection.
+---@param config table a resolved configuration
+function plausible.breeding_notes(config)
+  local list = {}
+  list[#list + 1] = no_variation(config)
+  list[#list + 1] = large_tournament(config)
   return list
 end
 

@@ -169,7 +169,7 @@ local function judge_field(request)
     if not request.allowed then
       entry.outcome, entry.reason = "rejected", request.refusal
     elseif not is_number(proposed) then
-      entry.outcome, entry.reason = "rejected", "expected a finite number"
+      entry.outcome, entry.reason = "rejected", "expected a finite number, got " .. entry.proposed
     else
       entry.applied, entry.outcome, entry.reason =
         bound(request.limit, request.before, proposed, request.unit or 1)

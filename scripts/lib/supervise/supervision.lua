@@ -6,6 +6,7 @@ local engine = require "limax.engine"
 local failure = require "limax.base.failure"
 local ledger = require "limax.supervise.ledger"
 local schema = require "limax.engine.schema"
+local shown = require "limax.supervise.shown"
 
 local supervision = {}
 
@@ -36,8 +37,12 @@ end
 -- Asks a supervisor that is a function of history.
 local function ask(run, robots, generation, random)
   local supervisor = run.experiment.supervisor
-  local attempt = supervisor.own and failure.attempt_user or failure.attempt
-  local ok, proposal, reason = attempt(supervisor.call, run.history, random, run.limits,
+  local attempt, history = failure.attempt, run.history
+  if supervisor.own then
+    run.shown = run.shown or {}
+    attempt, history = failure.attempt_user, shown.of(run.history, run.shown)
+  end
+  local ok, proposal, reason = attempt(supervisor.call, history, random, run.limits,
     run.world.state)
   local message
   if not ok then
@@ -100,6 +105,25 @@ function supervision.failures(lines, source_of)
     asked = asked - (source_of(k) == "held" and 1 or 0)
   end
   return failed, asked
+end
+
+--- What to say of a user's supervisor that proposed nothing in any generation and gave no reason;
+--- nil of others.
+---@param supervisor limax.supervisor
+---@param history limax.generation[]
+---@return string|nil
+function supervision.idle_text(supervisor, history)
+  if not supervisor.own or #history < 2 then return nil end
+  for k = #history, 2, -1 do -- generation 0 needs no supervisor
+    local record = history[k].ledger
+    if record.reason then return nil end
+    for _, entry in ipairs(record.entries) do
+      if entry.outcome ~= "kept" then return nil end
+    end
+  end
+  return ("the supervisor proposed nothing in all %d generations that it was asked about, as by"
+    .. ' supervisor = "fixed": is a `return` missing? To mean it, return nil and a reason')
+    :format(#history - 1)
 end
 
 --- What these counts mean; nil where none failed.

@@ -220,12 +220,21 @@ suite:test("valid but probably unintended settings give a note", function(t)
     t:ok(#notes <= 1, table.concat(notes, "\n"))
     return notes[1] or "none"
   end
-  local function gravity(z) return { gravity = { acceleration = { 0, 0, z } }, ground = true } end
-  t:ok(note_of { scene = { ground = true, friction = { static = 0.6, kinetic = 1 } } }
-    :find "static 0.6 is below kinetic 1")
+  local function gravity(z)
+    return { gravity = { acceleration = { 0, 0, z } }, ground = true, actuation = true }
+  end
+  t:ok(note_of { scene = { ground = true, actuation = true,
+    friction = { static = 0.6, kinetic = 1 } } }:find "static 0.6 is below kinetic 1")
   t:ok(note_of { scene = gravity(9.81) }:find "points up, away from scene.ground")
   t:equal(note_of { scene = gravity(-9.81) }, "none")
-  t:equal(note_of { scene = { gravity = { acceleration = { 0, 0, 1 } } } }, "none")
+  t:equal(note_of { scene = { gravity = { acceleration = { 0, 0, 1 } }, actuation = true } },
+    "none")
+  t:ok(note_of { scene = { gravity = true, actuation = true } }:find "nothing to stand on")
+  t:ok(note_of { scene = { ground = true } }:find "no muscle moves")
+  t:ok(note_of { simulation = { position = { 0, 0, -0.1 } } }:find "0.1 m below scene.ground")
+  t:ok(note_of { breeding = { mutation_rate = 0, crossover_rate = 0 } }:find "copies of their")
+  t:ok(note_of { population = 8, selection = { "tournament", size = 9 } }
+    :find "a tournament of 9 in a population of 8")
   -- 0.1 kg on 1000 N/m: 0.98 mm
   t:ok(note_of { simulation = { edge = 0.0039 } }:find "soft tissue %(0.1 kg%).* bodies collapse")
   t:equal(note_of { simulation = { edge = 0.004 } }, "none")

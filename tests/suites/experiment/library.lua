@@ -85,7 +85,7 @@ end)
 
 fitness:test("a robot that failed has no measures", function(t)
   local robot = walker { status = "diverged", time = 1.5 }
-  robot.reason = "speed"
+  robot.record.reason = "speed"
   t:raises("robot 1 has no distance: it is diverged (speed) at t = 1.5 s",
     function() robot:distance() end)
 end)

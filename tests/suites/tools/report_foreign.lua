@@ -234,14 +234,18 @@ end)
 suite:test("a file that cannot be written is reported", { limit = 20 }, function(t)
   local base = t:folder()
   run(base .. "/r")
+  assert(host.file.mkdir(base .. "/r/r01.html"))
   for _, words in ipairs { { "report", "r", "--no-robots", "--out", "none/x.html" },
-    { "report", "r", "--no-robots", "--out", "r" },
+    { "report", "r", "--no-robots", "--out", "r/r01.html" },
     { "report", "r", "--no-robots", "--figures", "r/STATUS/x" },
     { "picture", "r", "--out", "none/x.png" }, { "picture", "r", "--out", "none/x.mp4" } } do
     local done = process.ends(base, words)
     t:equal(done.status, 1)
     t:ok(done.stderr:match "^limax: [^\n]+\n$", done.stderr)
   end
+  local other = process.ends(base, { "report", "r", "--out", "page.pdf" })
+  t:equal(other.status, 2)
+  t:ok(other.stderr:find("its name must end in .html", 1, true), other.stderr)
   assert(os.remove(base .. "/r/r01/champions/g0002.json"))
   local done = process.ends(base, { "picture", "r", "--out", "x.png" })
   t:equal(done.status, 1)

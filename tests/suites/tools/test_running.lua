@@ -14,7 +14,7 @@ suite:test("threads", { devices = { "cpu" }, threads = { 1, 2 } }, function(t)
   t:equal({ t.device.kind, t.device.threads }, { "cpu", t.threads })
 end)
 suite:test("plain", function(t) t:equal({ t.device, t.threads }, {}) end)
-suite:test("everywhere", { devices = "all" }, function(t) t:note(t.device.kind) end)
+suite:test("everywhere", { devices = "all" }, function(t) t:ok(t.device); t:note(t.device.kind) end)
 suite:test("all", { devices = "cpu", precisions = { "single", "double" }, integrators = "all",
   seeds = { 3, 4 } }, function(t)
   local o = t:with { duration = 2 }
@@ -67,7 +67,7 @@ suite:test("c", function(t) t:fixture "comon" end)
 for _, shared in ipairs { false, true } do
   suite:fixture(tostring(shared), { shared = shared, close = function() error "stuck" end },
     function() return 1 end)
-  suite:test("uses " .. tostring(shared), function(t) t:fixture(tostring(shared)) end)
+  suite:test("uses " .. tostring(shared), function(t) t:ok(t:fixture(tostring(shared))) end)
 end
 ]])), "a fixture's close: ", "stuck", "0 passed, 2 failed, 0 skipped\n")
 end)
@@ -101,9 +101,19 @@ end)
     assert(io.open(folder .. "/golden/b/count.json")):read "*a").values, { 1 })
 end)
 
+running:test("a test without a check fails, and 0 is not a true value", function(t)
+  contains(t, limax("test", trial(t, [[
+suite:test("nothing", function() return false end)
+suite:test("zero", function(t) t:ok(0) end)
+suite:test("misspelt", function(t) t:okay(true) end)
+suite:test("swapped", function(t) t:raises(function() end, "text") end)
+]])), "it passed without a check: call t:ok", "got 0, which is true in Lua",
+    'a test\'s t has no "okay"', "raises: write t:raises(", "\n0 passed, 4 failed, 0 skipped\n")
+end)
+
 running:test("a shuffled order repeats by its number", function(t)
   local lines = {}
-  for i = 1, 12 do lines[i] = ('suite:test("%d", function() end)\n'):format(i) end
+  for i = 1, 12 do lines[i] = ('suite:test("%d", function(t) t:ok(true) end)\n'):format(i) end
   local path = trial(t, table.concat(lines))
   local function order(...)
     local list, output = {}, limax("test", path, "--tap", ...)

@@ -5,6 +5,7 @@ local context = require "limax.supervise.llm.context"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
 local prompt = require "limax.supervise.llm.prompt"
+local shown = require "limax.supervise.shown"
 local source = require "limax.base.source"
 local text = require "limax.supervise.llm.text"
 
@@ -54,7 +55,7 @@ end
 
 -- What the user's own context function returns; nil and a message.
 local function own_holes(call, history, limits)
-  local ok, values = failure.attempt_user(call, history, limits)
+  local ok, values = failure.attempt_user(call, shown.of(history), limits)
   if not ok then return nil, "the context function failed: " .. failure.bare(values) end
   if type(values) ~= "table" then
     return nil, "the context function returned no table of { hole = text or table }"

@@ -10,7 +10,6 @@ local marks = {
   { "limax.robot", "description", "population" },
   { "limax.robot_in_motion", "simulation", "finished" },
   { "limax.run", "experiment", "history" },
-  { "limax.experiment", "config", "spec" },
   { "limax.population.scored", "records", "generation" },
   { "limax.random", "key", "draw" },
 }

@@ -67,6 +67,10 @@ function picture.picture(robot, file, options)
   if file ~= nil and type(file) ~= "string" then
     schema.refuse("picture", "the name of a file", file)
   end
+  if file and not file:lower():match "%.svg$" then
+    engine.fail(("picture: %s: its name must end in .svg; limax picture writes other formats")
+      :format(file))
+  end
   options = schema.demand(moving and of_pose or of_walk, options, "picture")
   if scored_robot.is(robot) then robot = robots.new(robot) end
   local path = host.file.absolute(file or free_name())

@@ -9,6 +9,7 @@ local golden = require "limax.tools.test.golden"
 local schema = require "limax.engine.schema"
 local shell = require "limax.base.shell"
 local statistics = require "limax.tools.test.statistics"
+local strict = require "limax.engine.strict"
 local suggest = require "limax.engine.suggest"
 
 local context = {}
@@ -25,8 +26,17 @@ local NEAR = 1e-9
 ---@field precision string|nil if the test names precisions
 ---@field integrator string|nil if the test names integrators
 ---@field seed integer|nil if the test names seeds
+---@field checks integer that were made
 local methods = {}
-local class = { __index = methods }
+local class = {}
+
+-- Fields that a test may lack, by its matrix.
+local MAY_LACK = { device = true, threads = true, precision = true, integrator = true, seed = true }
+
+function class.__index(_, key)
+  if methods[key] or MAY_LACK[key] then return methods[key] end
+  strict.unknown("a test's t", key, methods, MAY_LACK)
+end
 
 ---@class limax.test_failure
 ---@field text string
@@ -109,6 +119,8 @@ function methods:equal(got, expected) report("equal", compare.equal(expected, go
 function methods:ok(condition, text)
   if not condition then
     fail(text or ("expected a true value, got %s"):format(tostring(condition)))
+  elseif condition == 0 then
+    fail "ok: got 0, which is true in Lua; compare it, such as t:ok(count > 0)"
   end
   return condition
 end
@@ -118,6 +130,9 @@ end
 ---@param call fun()
 ---@return string message that was raised
 function methods:raises(pattern, call)
+  if type(pattern) ~= "string" or type(call) ~= "function" then
+    fail 'raises: write t:raises("a part of the message", function() ... end)'
+  end
   local fine, message = pcall(call)
   if fine then fail(("raises: expected an error with %q, and none was raised"):format(pattern)) end
   local class_of = type(message) == "table" and getmetatable(message)
@@ -276,10 +291,14 @@ function methods:close()
   return wrong
 end
 
--- `t.near(...)` instead of `t:near(...)`.
+local CHECKS = { near = true, same_bits = true, statistically = true, equal = true, ok = true,
+  raises = true, golden = true }
+
+-- `t.near(...)` instead of `t:near(...)`; and the number of checks.
 for name, method in pairs(methods) do
   methods[name] = function(self, ...)
     if getmetatable(self) ~= class then fail(("write a colon: t:%s(...)"):format(name)) end
+    if CHECKS[name] then self.checks = self.checks + 1 end
     return method(self, ...)
   end
 end
@@ -302,7 +321,7 @@ end
 ---@param fields table those of limax.test_context, and fixtures, state and witness
 ---@return limax.test_context
 function context.new(fields)
-  fields.notes, fields.folders, fields.made, fields.closing = {}, {}, {}, {}
+  fields.notes, fields.folders, fields.made, fields.closing, fields.checks = {}, {}, {}, {}, 0
   return setmetatable(fields, class)
 end
 

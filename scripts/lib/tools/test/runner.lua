@@ -167,8 +167,13 @@ function runner.chosen(instance, choice)
   return found or not wanted
 end
 
-local function outcome(fine, value, trace)
-  if fine then return { status = "passed" } end
+local function outcome(checks, fine, value, trace)
+  if fine and checks == 0 then
+    return { status = "failed", text = "it passed without a check: call t:ok, t:near, t:equal,"
+      .. " t:raises, t:golden or t:statistically" }
+  elseif fine then
+    return { status = "passed" }
+  end
   local class = type(value) == "table" and getmetatable(value)
   if class == context.skipped then return { status = "skipped", text = value.reason } end
   if class == context.failure then
@@ -212,7 +217,7 @@ local function run(file, instance, state)
     seen:finish()
     engine.limit_time(nil)
     interrupted = not fine and value == host.interrupt
-    result = outcome(fine, value, trace)
+    result = outcome(t.checks, fine, value, trace)
     local took = host.clock() - started
     if fine and limit and took > limit then
       result = { status = "failed", text = ("took %.3g s; its limit is %g s"):format(took, limit) }

@@ -11,6 +11,7 @@
 local axes = require "limax.tools.test.axes"
 local engine = require "limax.engine"
 local schema = require "limax.engine.schema"
+local strict = require "limax.engine.strict"
 
 local test = {}
 
@@ -124,6 +125,10 @@ function test.suite(name)
   return suite
 end
 
+--- Did a file begin a suite that nobody runs? A script that is not run by `limax test`.
+---@return boolean
+function test.begun() return #collected > 0 end
+
 --- Calls `read`, which raises nothing, and returns the suites that it began.
 ---@param read fun()
 ---@return limax.suite[]
@@ -136,4 +141,4 @@ function test.collect(read)
   return suites
 end
 
-return test
+return strict.close("limax.test", test)

@@ -1,0 +1,64 @@
+--- shown.lua: the history as a user's function reads it: a list and entries of its own, so that
+--- nothing that it assigns changes the run, and a misspelt name is an error.
+
+local fault = require "limax.engine.fault"
+local source = require "limax.base.source"
+local strict = require "limax.engine.strict"
+
+local shown = {}
+
+-- The key of the entry that a view shows.
+local ENTRY = {}
+
+-- Fields of limax.generation, which an entry may lack; any other name must be in the entry.
+local KNOWN = {}
+for name in ([[repetition generation population parameters materials ledger best best_standard mean
+    median worst quantiles measures diversity failed coarse scored evaluations supervisor_failed
+    champion]]):gmatch "%S+" do
+  KNOWN[name] = true
+end
+
+local function unknown_parameter(parameters)
+  return function(_, name) strict.unknown("parameters", name, parameters) end
+end
+
+-- Each reader gets copies of the tables from which a proposal may be made.
+local View = { __newindex = strict.read_only("a generation of the history",
+  "a supervisor returns what it proposes, such as { mutation_rate = 0.1 }") }
+
+function View:__index(key)
+  local value = rawget(self, ENTRY)[key]
+  if value == nil and not KNOWN[key] then
+    strict.unknown("a generation", key, KNOWN)
+  elseif key == "parameters" then
+    return setmetatable(source.copy(value), { __index = unknown_parameter(value) })
+  elseif key == "materials" then
+    return source.copy(value)
+  end
+  return value
+end
+
+-- `history.best` instead of `history[#history].best`
+local List = { __index = function(_, key)
+  if type(key) == "number" then return nil end
+  fault.raise(("the history is a list of generations: history[#history].%s is that of the newest")
+    :format(tostring(key)))
+end }
+
+--- A history for one call of a user's function.
+---@param history limax.generation[]
+---@param views? limax.generation[] of an earlier call, whose entries are used again
+---@return limax.generation[]
+function shown.of(history, views)
+  views = views or {}
+  local list = setmetatable({}, List)
+  for k, entry in ipairs(history) do
+    if not views[k] or rawget(views[k], ENTRY) ~= entry then
+      views[k] = setmetatable({ [ENTRY] = entry }, View)
+    end
+    list[k] = views[k]
+  end
+  return list
+end
+
+return shown

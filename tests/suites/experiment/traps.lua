@@ -1,0 +1,110 @@
+--- traps.lua: mistakes in an experiment that would otherwise change its meaning without a word.
+--- Each row is what a user writes, and what `limax run` then says: it stops, or it warns and goes
+--- on.
+
+local host = require "limax.host"
+local process = require "support.process"
+
+local suite = require("limax.test").suite "traps"
+
+local SCRIPT = [[
+local limax = require "limax"
+%s
+local experiment = limax.experiment {
+  name = "try", lattice = { 2, 2, 2 }, population = 6, generations = 3, repetitions = 1,
+  simulation = { duration = 0.5, settle = 0.1, accuracy = "preview" }, %s
+}
+%s
+]]
+
+-- Runs `limax run try.lua` with these fields, and expects its status and a part of its messages.
+local function says(t, status, text, fields, head, tail)
+  local folder = t:folder()
+  if not fields:find "^fitness" then fields = 'fitness = "distance", ' .. fields end
+  assert(host.file.write_atomic(folder .. "/try.lua",
+    SCRIPT:format(head or "", fields, tail or "return experiment")))
+  local done = process.ends(folder, { "run", "try.lua" })
+  t:ok(done.status == status, ("status %s: %s"):format(done.status, done.stderr))
+  t:ok(done.stderr:find(text, 1, true), ("expected %q in: %s"):format(text, done.stderr))
+  t:ok(not done.stderr:find("scripts/lib/", 1, true), done.stderr)
+end
+
+local function fitness(text) return ("fitness = function(robot) %s end"):format(text) end
+local function supervisor(text) return ("supervisor = function(history) %s end"):format(text) end
+local function selection(text)
+  return ("selection = function(population, random) %s end"):format(text)
+end
+
+suite:test("robots are read-only", { limit = 60 }, function(t)
+  says(t, 1, 'try.lua:5: a robot is read-only (assignment to "fitness")',
+    fitness "robot.fitness = 7; return 1")
+  says(t, 1, "a robot is read-only", selection "population[1].fitness = 9; return 1, 2")
+  -- a body that a script changes is its own copy
+  local folder = t:folder()
+  assert(host.file.write_atomic(folder .. "/try.lua", SCRIPT:format("", fitness
+    "robot.body.count.bone = 999; robot.body.size[1] = 999; return robot:distance()",
+    "return experiment")))
+  t:equal(process.ends(folder, { "run", "try.lua" }).status, 0)
+  local file = assert(io.open(folder .. "/runs/try-1/r01/population/g0000.jsonl"))
+  t:ok(not file:read("*a"):find "999")
+  file:close()
+end)
+
+suite:test("names that do not exist", { limit = 60 }, function(t)
+  says(t, 0, 'a generation has no "bst"; did you mean "best"?',
+    supervisor "return { mutation_rate = history[#history].bst }")
+  says(t, 0, 'parameters has no "mutationrate"',
+    supervisor "return { mutation_rate = history[#history].parameters.mutationrate }")
+  says(t, 0, "the history is a list of generations: history[#history].best",
+    supervisor "return { mutation_rate = history.best }")
+  says(t, 1, 'a body\'s count has no "bones"; did you mean "bone"?',
+    fitness "return (robot.body.count.bones or 0)")
+end)
+
+suite:test("what a script may not change", { limit = 60 }, function(t)
+  says(t, 0, "a generation of the history is read-only", supervisor "history[#history].best = 9")
+  -- a proposal made from the parameters of a generation is limited like any other
+  says(t, 0, "", supervisor [[
+    local p = history[#history].parameters
+    p.mutation_rate = 0.9
+    assert(history[#history].parameters.mutation_rate < 0.9)
+    return p]])
+  says(t, 1, "the supervisor of generation 0 changed the population's list of robots", supervisor
+    "table.sort(history[#history].population, function(a, b) return a.id > b.id end)")
+  says(t, 1, "the selection of generation 0 changed population.ranked",
+    selection "table.remove(population.ranked, 1) return 1, 2")
+  says(t, 1, 'try.lua:7: an experiment is read-only (assignment to "population")', "", "",
+    "experiment.population = 8\nreturn experiment")
+  says(t, 1, "limax.fitness is read-only", "", "limax.fitness.mine = function() return 1 end")
+end)
+
+suite:test("results that say nothing", { limit = 60 }, function(t)
+  says(t, 0, "all 6 scored robots of generation 0 have the fitness 1", fitness "return 1")
+  says(t, 0, "the supervisor proposed nothing in all 2 generations",
+    supervisor "local proposal = { mutation_rate = 0.2 }")
+  says(t, 1, "does every path of it end in `return`? (try.lua:5)", fitness "robot:distance()")
+  says(t, 2, "try.lua returns several values", "", "", "return experiment, experiment")
+  says(t, 1, "expected two indices, got more", selection "return 1, 2, 3")
+  says(t, 2, "try.lua is a suite of tests: limax test try.lua", "",
+    'require("limax.test").suite "x"', "")
+end)
+
+suite:test("fields in the wrong place or form", { limit = 60 }, function(t)
+  says(t, 2, "mutation_rate: unknown field; it belongs in breeding = { mutation_rate = ... }",
+    "mutation_rate = 0.1")
+  says(t, 2, "gravity: unknown field; it belongs in scene", "gravity = true")
+  says(t, 2, "device: unknown field; it is an option of limax run: --device", 'device = "cpu"')
+  says(t, 2, "a ready scene is called: scene = limax.scenes.water()", 'scene = "water"')
+  says(t, 2, "a ready scene is called: scene = limax.scenes.land()", "scene = limax.scenes.land")
+  local folder = t:folder()
+  assert(host.file.write_atomic(folder .. "/try.lua", SCRIPT:format("", 'fitness = "walk"',
+    "return experiment")))
+  for option, text in pairs { ["--seed=3"] = "did you mean --set seed=...?",
+    ["--set=lattice=3,3,3"] = "a list is JSON: --set lattice=[3,3,3]" } do
+    local done = process.ends(folder, { "run", "try.lua", option })
+    t:equal(done.status, 2)
+    t:ok(done.stderr:find(text, 1, true), done.stderr)
+  end
+end)
+
+return suite
