@@ -36,7 +36,7 @@ local variation = require "limax.variation"
 ---@field warned boolean|nil were its notes shown?
 ---@field projected boolean|nil was its use of a language model estimated?
 ---@field endpoints table|nil what its runs learnt about endpoints of language models
-local Experiment = {}
+local Experiment = strict.methods "experiment"
 
 -- The fields of an experiment are in a table of their own, so that every assignment is seen.
 local FIELDS = {}
@@ -48,8 +48,8 @@ function Experiment.__index(self, key)
   local fields = rawget(self, FIELDS)
   local value = fields[key]
   if value ~= nil or MAY_LACK[key] then return value end
-  return Experiment.methods[key] or strict.unknown("an experiment", key, fields, MAY_LACK,
-    Experiment.methods)
+  return rawget(Experiment, key)
+    or strict.unknown("an experiment", key, fields, MAY_LACK, Experiment)
 end
 
 local read_only =
@@ -60,7 +60,7 @@ function Experiment.__newindex(self, key, value)
   rawget(self, FIELDS)[key] = value
 end
 
-Experiment.methods = strict.methods("experiment", { kind_name = "experiment" })
+Experiment.methods, Experiment.kind_name = Experiment, "experiment"
 
 local experiment = {}
 
@@ -423,7 +423,7 @@ end
 --- The same experiment with fields changed by `path=value` texts, checked again as a whole.
 ---@param changes string[]
 ---@return limax.experiment
-function Experiment.methods:override(changes)
+function Experiment:override(changes)
   if #changes == 0 then return self end
   local spec = source.copy(self.spec)
   -- fields whose default is a table: an override changes a part of it

@@ -46,7 +46,7 @@ suite:test("robots are read-only", { limit = 60 }, function(t)
     "return experiment")))
   t:equal(process.ends(folder, { "run", "try.lua" }).status, 0)
   local file = assert(io.open(folder .. "/runs/try-1/r01/population/g0000.jsonl"))
-  t:ok(not file:read("*a"):find "999")
+  t:ok(not file:read("*a"):find '"bone":999')
   file:close()
 end)
 
