@@ -35,8 +35,8 @@ is a function of a script, as `limax compare` does.]],
 local function page_path(out, folder)
   if not out then return folder .. "/report.html" end
   if not out:lower():match "%.html?$" then
-    failure.raise(2, ("--out %s: the page is HTML: its name must end in .html; --figures DIR writes"
-      .. " figures for print"):format(out))
+    failure.raise(2, ("--out %s: the page is HTML: its name must end in .html; --figures DIR"
+      .. " writes figures"):format(out))
   end
   return out
 end
