@@ -49,7 +49,7 @@ end
 local function buried(config)
   local ground, height = config.scene.ground, config.simulation.position[3]
   if not ground or height >= ground.height then return nil end
-  return plausible.buried(height, ground.height)
+  return "simulation." .. plausible.buried(height, ground.height)
 end
 
 -- Muscles in a scene that does not drive them.
