@@ -71,7 +71,15 @@ end
 ---@param list table
 ---@return table list
 function strict.close(module, list)
-  return setmetatable(list, { __index = function(_, name) strict.unknown(module, name, list) end,
+  local function unknown(_, name)
+    local entries = rawget(list, "entries")
+    if entries and entries[name] then
+      fault.raise(("%s has no %s: an experiment names it by its text, %s"):format(module,
+        schema.show(name), schema.show(name)))
+    end
+    strict.unknown(module, name, list, entries)
+  end
+  return setmetatable(list, { __index = unknown,
     __newindex = strict.read_only(module, "an experiment takes your own function itself, such as"
       .. " fitness = my_fitness") })
 end

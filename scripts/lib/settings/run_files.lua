@@ -223,13 +223,25 @@ end
 ---@return table
 function run_files.document(path, kind) return checked(text_of(path), kind, path) end
 
+-- What to add to a message about a folder that is none of a run, and holds some.
+local function runs_in(folder)
+  for _, name in ipairs(host.file.list(folder) or {}) do
+    local path = folder .. "/" .. name
+    if host.file.exists(path .. "/config.json") == "file" then
+      return ("; it holds runs, such as %s: limax list %s"):format(path, folder)
+    end
+  end
+  return ""
+end
+
 --- The configuration of a run folder.
 ---@param folder string
 ---@return table
 function run_files.config(folder)
   local path = folder .. "/config.json"
   if host.file.exists(path) ~= "file" then
-    failure.raise(2, folder .. " is not a run folder: it has no config.json")
+    failure.raise(2, ("%s is not a run folder: it has no config.json%s"):format(folder,
+      runs_in(folder)))
   end
   -- reading or replacing a pipe would wait forever
   for _, name in ipairs(host.file.list(folder) or {}) do

@@ -89,6 +89,17 @@ suite:test("results that say nothing", { limit = 60 }, function(t)
     'require("limax.test").suite "x"', "")
 end)
 
+suite:test("names of the library", { limit = 60 }, function(t)
+  says(t, 1, 'limax.supervise has no "rules": an experiment names it by its text, "rules"',
+    "supervisor = limax.supervise.rules")
+  local folder = t:folder()
+  assert(host.file.write_atomic(folder .. "/try.lua", SCRIPT:format("", 'fitness = "walk"',
+    "return experiment")))
+  t:equal(process.ends(folder, { "run", "try.lua", "-q" }).status, 0)
+  local done = process.ends(folder, { "report", "runs" })
+  t:ok(done.stderr:find("it holds runs, such as runs/try-1: limax list runs", 1, true), done.stderr)
+end)
+
 suite:test("fields in the wrong place or form", { limit = 60 }, function(t)
   says(t, 2, "mutation_rate: unknown field; it belongs in breeding = { mutation_rate = ... }",
     "mutation_rate = 0.1")
