@@ -257,6 +257,18 @@ function methods:genome_view(i)
     i and { self.genes } or { self.count, self.genes }, { range = FINITE })
 end
 
+--- A copy of the genome of robot i, which stays valid. The population stays on its GPU.
+---@param i integer
+---@return limax.view [gene]
+function methods:genome_copy(i)
+  local what = "population:genome_copy"
+  local handle = coded(self, what)
+  schema.index(what, i, self.count)
+  local memory = ffi.new("float[?]", self.genes)
+  abi.check(C.limax_population_read_genomes(handle, i - 1, 1, memory), what)
+  return view.new(memory, "a genome", "float", memory, { self.genes })
+end
+
 --- A copy of all genomes, which stays valid.
 ---@param into? limax.view an earlier copy of the same size, whose memory is overwritten
 ---@return limax.view [robot][gene]

@@ -8,6 +8,7 @@ local suggest = require "limax.engine.suggest"
 
 -- the module of each public name, and the field of it
 local public = {
+  archive = { "limax.archive" },
   defaults = { "limax.settings.defaults" },
   diversity = { "limax.run.diversity" },
   encoding = { "limax.encoding" },
@@ -28,6 +29,7 @@ local public = {
 ---@field version string of limax
 ---@field home string folder of scripts, materials and prompts
 ---@field engine limax.engine the low-level objects
+---@field archive table archives by name
 ---@field defaults table every default of an experiment
 ---@field diversity table measures of how different the robots of a population are
 ---@field encoding table encodings by name

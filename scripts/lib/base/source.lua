@@ -171,6 +171,8 @@ function source.describe(value, base)
   -- size = 3 }
   if named and type(copy[1]) == "string" then
     copy.name = table.remove(copy, 1)
+  elseif named and type(value[1]) == "function" then
+    copy["function"] = table.remove(copy, 1)["function"]
   end
   return copy
 end

@@ -85,7 +85,7 @@ end
 local function survive(run, robots, generation, parameters, named)
   if named then return mating.check_scored(robots, named, "breed: elites"), robots end
   local ranking = mating.ranking(robots)
-  local survivors, parents = call("the survival", run.experiment.survival, robots,
+  local survivors, parents = call("the survival", run.experiment.survival.call, robots,
     random_of(run, generation, robots.island and run.config.population + robots.island or 0),
     run.world.state, source.copy(parameters))
   mating.check_unchanged(robots, ranking, "the survival")
@@ -95,8 +95,9 @@ local function survive(run, robots, generation, parameters, named)
       :format(#survivors, #robots))
   end
   parents = parents or survivors[1] and survivors or robots.ranked
-  if parents ~= robots.ranked then mating.check_scored(robots, parents, "survival: parents") end
-  return survivors, mating.pool(robots, parents)
+  local has_rows = parents ~= robots.ranked
+    and mating.check_parents(robots, parents, "survival: parents")
+  return survivors, mating.pool(robots, parents, has_rows)
 end
 
 -- Survivors, a pair of parents per robot of the next generation, and the islands of these robots.
@@ -121,7 +122,7 @@ local function select(run, robots, generation, parameters, choice)
   else
     local pool
     elites, pool = survive(run, robots, generation, parameters, choice.elites)
-    parents = mating.pairs(pool, elites, choice.parents, choose, place)
+    parents = mating.pairs(pool, #robots, elites, choice.parents, choose, place)
   end
   for pool, ranking in pairs(rankings) do
     mating.check_unchanged(pool, ranking, "the selection")
@@ -133,15 +134,16 @@ local function next_generation(run, robots, choice)
   local began, generation = host.clock(), robots.generation + 1
   local decided = supervise(run, robots, choice)
   local supervised = host.clock()
-  local elites, parents, homes = select(run, robots, generation, decided.parameters, choice)
+  local elites, list, homes = select(run, robots, generation, decided.parameters, choice)
+  local parents = mating.parents(robots, list, function(count) return run:new_robots(count) end)
   -- an elite keeps its score under the same materials, in the same trials
   local same = decided.materials == robots.materials
     and run.world.trials(generation) == robots.trials
   local keep = same and record.scores_valid(robots)
-  local records = mating.records(robots, #elites, parents, keep, homes)
+  local records = mating.records(generation, #elites, parents, keep, homes)
   local bred = genes.breed(run:rules_of_genes(decided), { generation = generation,
-    elites = #elites, pairs = parents, parents = robots.engine, records = records,
-    parent_records = robots.records })
+    elites = #elites, pairs = parents.pairs, parents = parents.engine, records = records,
+    parent_records = parents.records })
   return express(run, { engine = bred, generation = generation, records = records,
     materials = decided.materials, parameters = decided.parameters, ledger = decided.ledger,
     supervision = decided.supervision,

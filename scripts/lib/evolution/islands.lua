@@ -65,7 +65,7 @@ end
 
 ---@class limax.islands.steps what islands take from the loop
 ---@field survive fun(view: table): integer[], table survivors, and the pool of parents
----@field choose fun(pool: table, child: integer): integer, integer two parents
+---@field choose fun(pool: table, child: integer): any, any two parents
 ---@field random limax.random of the topology
 ---@field place string|nil of the script's own selection: FILE:LINE
 
@@ -90,7 +90,7 @@ end
 ---@param generation integer the next one
 ---@param steps limax.islands.steps
 ---@return integer[] elites
----@return integer[][] parents
+---@return (integer|limax.archive.row)[][] parents
 ---@return integer[] homes the island of each robot of the next generation
 function islands.select(robots, options, generation, steps)
   local groups, pools, lists = views(robots, options.count), {}, {}
@@ -116,8 +116,11 @@ function islands.select(robots, options, generation, steps)
     for _ = #lists[k] + 1, #robots / options.count do
       local child = #parents + 1
       local pair = mating.chosen(pools[k], child, steps.choose, steps.place)
-      parents[child] = { view.contexts[pair[1]].index, view.contexts[pair[2]].index }
-      homes[child] = k
+      -- a row of the archive belongs to no island
+      for side, parent in ipairs(pair) do
+        pair[side] = type(parent) == "table" and parent or view.contexts[parent].index
+      end
+      parents[child], homes[child] = pair, k
     end
   end
   return elites, parents, homes

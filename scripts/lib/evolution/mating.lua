@@ -1,9 +1,13 @@
 --- mating.lua: which robots of a scored generation go on, which become parents, and the records of
---- the next generation. Indices from a script's survival, selection or own loop are checked here.
+--- the next generation. Indices from a script's survival, selection or own loop are checked here. A
+--- parent may also be a row of the archive.
 
+local ffi = require "ffi"
 local failure = require "limax.base.failure"
 local population = require "limax.evolution.population"
 local schema = require "limax.engine.schema"
+local scored_robot = require "limax.robot.scored_robot"
+local view = require "limax.engine.view"
 
 local mating = {}
 
@@ -69,17 +73,68 @@ function mating.check_unchanged(robots, ranking, who)
   end
 end
 
---- The robots from which a selection picks two: a scored population whose `ranked` lists only the
---- parents, best first.
+-- The record of a parent that a script names by a row of the archive.
+local function row_record(robots, row, what)
+  local archive = robots.world.archive
+  local record = archive and archive:record(row)
+  if record then return record end
+  failure.raise(1, ("%s is %s; expected an index%s"):format(what, schema.show(row), archive
+    and " or a row of the archive that it has now: population.archive[i]" or ""))
+end
+
+--- Checks a list of parents: robots with a score, none twice, or rows of the archive.
 ---@param robots limax.population.scored
----@param parents integer[]
+---@param list (integer|limax.archive.row)[]
+---@param what string names the list in messages
+---@return boolean has_rows
+function mating.check_parents(robots, list, what)
+  local indices, has_rows = {}, false
+  for k, each in ipairs(type(list) == "table" and list or {}) do
+    if type(each) == "table" then
+      row_record(robots, each, ("%s[%d]"):format(what, k))
+      has_rows = true
+    else
+      indices[#indices + 1] = each
+    end
+  end
+  if not has_rows then mating.check_scored(robots, list, what) end
+  mating.check_scored(robots, indices, what)
+  return has_rows
+end
+
+--- The robots from which a selection picks two: a scored population whose `ranked` lists only the
+--- parents, best first. With rows of the archive among them it consists of the parents only.
+---@param robots limax.population.scored
+---@param parents (integer|limax.archive.row)[]
+---@param has_rows? boolean
 ---@return limax.population.scored
-function mating.pool(robots, parents)
+function mating.pool(robots, parents, has_rows)
   if parents == robots.ranked then return robots end
   local pool = setmetatable({}, getmetatable(robots))
-  for key, value in pairs(robots) do pool[key] = value end
+  for key, value in pairs(robots) do
+    if not has_rows or type(key) ~= "number" then pool[key] = value end
+  end
   pool.ranked = parents
+  if not has_rows then return pool end
+  pool.ranked, pool.records, pool.parents, pool.engine = {}, {}, parents, nil
+  for k, each in ipairs(parents) do
+    local is_row = type(each) == "table"
+    pool.ranked[k] = k
+    pool.records[k] = is_row and robots.world.archive:record(each) or robots.records[each]
+    pool[k] = is_row and scored_robot.new(pool.records[k], { materials = robots.materials,
+      scene = robots.world.config.scene, options = robots.world.options }) or robots[each]
+  end
   return pool
+end
+
+-- One parent of a pair: an index into the robots, or a row of the archive.
+local function parent_of(pool, value, what)
+  if type(value) == "table" then
+    row_record(pool, value, what)
+    return value
+  end
+  check_index(value, pool, what)
+  return pool.parents and pool.parents[value] or value
 end
 
 --- The two parents of a robot that the selection chooses.
@@ -87,37 +142,80 @@ end
 ---@param child integer index in the next generation
 ---@param choose fun(pool: limax.population.scored, child: integer): integer, integer
 ---@param place? string of the script's own selection: FILE:LINE
----@return integer[]
+---@return (integer|limax.archive.row)[]
 function mating.chosen(pool, child, choose, place)
   local first, second, third = choose(pool, child)
   local what = ("the selection's choice%s for robot %d of generation %d")
     :format(place and (" (%s)"):format(place) or "", child, pool.generation + 1)
   if third ~= nil then failure.raise(1, what .. ": expected two indices, got more") end
-  return { check_index(first, pool, what), check_index(second, pool, what) }
+  return { parent_of(pool, first, what), parent_of(pool, second, what) }
 end
 
---- One pair of indices per robot of the next generation: an elite twice, then two parents for each
+--- One pair of parents per robot of the next generation: an elite twice, then two parents for each
 --- offspring, by `choose` or as the script names them.
----@param robots limax.population.scored the pool that pairs refer to
+---@param pool limax.population.scored from which the selection picks
+---@param count integer robots of the next generation
 ---@param elites integer[]
 ---@param named? integer[][]
 ---@param choose fun(pool: limax.population.scored, child: integer): integer, integer
 ---@param place? string of the script's own selection: FILE:LINE
----@return integer[][]
-function mating.pairs(robots, elites, named, choose, place)
-  local wanted = #robots - #elites
+---@return (integer|limax.archive.row)[][]
+function mating.pairs(pool, count, elites, named, choose, place)
+  local wanted = count - #elites
   if named and #named ~= wanted then
     failure.raise(1, ("breed: %d elites and %d pairs of parents make %d robots; the population"
-      .. " is %d"):format(#elites, #named, #elites + #named, #robots))
+      .. " is %d"):format(#elites, #named, #elites + #named, count))
   end
   local list = {}
   for k, index in ipairs(elites) do list[k] = { index, index } end
   for k = 1, wanted do
     local child, what = #elites + k, ("breed: a parent in parents[%d]"):format(k)
-    list[child] = named and { check_index(named[k][1], robots, what),
-      check_index(named[k][2], robots, what) } or mating.chosen(robots, child, choose, place)
+    list[child] = named and { parent_of(pool, named[k][1], what),
+      parent_of(pool, named[k][2], what) } or mating.chosen(pool, child, choose, place)
   end
   return list
+end
+
+---@class limax.mating.parents
+---@field engine limax.population genomes
+---@field records table[] one for each genome
+---@field pairs integer[][] two indices of these for each robot of the next generation
+
+--- The parents of pairs. With rows of the archive among them, the genomes that the pairs need are
+--- copied into a population of their own.
+---@param robots limax.population.scored
+---@param list (integer|limax.archive.row)[][]
+---@param new_robots fun(count: integer): limax.population
+---@return limax.mating.parents
+function mating.parents(robots, list, new_robots)
+  local at, sources, indices, has_rows = {}, {}, {}, false
+  for child, pair in ipairs(list) do
+    indices[child] = {}
+    for k = 1, 2 do
+      local source = pair[k]
+      has_rows = has_rows or type(source) == "table"
+      if not at[source] then
+        sources[#sources + 1] = source
+        at[source] = #sources
+      end
+      indices[child][k] = at[source]
+    end
+  end
+  if not has_rows then return { engine = robots.engine, records = robots.records, pairs = list } end
+  local gathered, records, archive = new_robots(#sources), {}, robots.world.archive
+  local genes = gathered.genes
+  local memory = ffi.new("float[?]", #sources * genes)
+  for k, source in ipairs(sources) do
+    local genome
+    if type(source) == "table" then
+      genome, records[k] = archive:genome(source), archive:record(source)
+    else
+      genome, records[k] = view.memory(robots.engine:genome_copy(source)), robots.records[source]
+    end
+    ffi.copy(memory + (k - 1) * genes, genome, genes * ffi.sizeof "float")
+  end
+  gathered:set_genomes(memory)
+  return { engine = gathered, records = records, pairs = indices }
 end
 
 -- The record of an elite in the next generation: the same robot, with its score or without.
@@ -130,16 +228,17 @@ end
 
 --- The records of the next generation, still without the bodies of the offspring. Ids count on:
 --- they are unique in a repetition, and the same in a run that is continued.
+---@param generation integer the next one
 ---@param elites integer number of the pairs that are elites, which come first
----@param parents integer[][] a pair of indices per robot
+---@param parents limax.mating.parents
 ---@param keep boolean do elites keep their scores?
 ---@param homes? integer[] the island of each robot
 ---@return table[]
-function mating.records(robots, elites, parents, keep, homes)
-  local generation, list = robots.generation + 1, {}
-  for i, pair in ipairs(parents) do
-    local first, second = robots.records[pair[1]], robots.records[pair[2]]
-    list[i] = i <= elites and elite_record(first, keep) or { id = generation * #robots + i,
+function mating.records(generation, elites, parents, keep, homes)
+  local list, count = {}, #parents.pairs
+  for i, pair in ipairs(parents.pairs) do
+    local first, second = parents.records[pair[1]], parents.records[pair[2]]
+    list[i] = i <= elites and elite_record(first, keep) or { id = generation * count + i,
       generation = generation, origin = "bred", parents = { first.id, second.id } }
     list[i].island = homes and homes[i]
   end

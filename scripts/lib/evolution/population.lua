@@ -8,6 +8,7 @@ local engine = require "limax.engine"
 local failure = require "limax.base.failure"
 local fitness = require "limax.fitness"
 local host = require "limax.host"
+local measures = require "limax.experiment.measures"
 local metrics = require "limax.run.metrics"
 local robot_trials = require "limax.robot.robot_trials"
 local schema = require "limax.engine.schema"
@@ -29,6 +30,8 @@ local scoring = require "limax.robot.scoring"
 --- ends
 ---@field on_progress? fun(progress: table)
 ---@field state table|nil of the experiment's scripts (run/state.lua)
+---@field measured limax.measured|nil
+---@field archive limax.archived|nil
 ---@field say fun(text: string, key?: string) shows a warning once per key
 ---@field breed fun(robots: limax.population.scored, choice: table) ends a generation
 
@@ -41,6 +44,7 @@ local scoring = require "limax.robot.scoring"
 ---@field materials limax.materials that it is made of
 ---@field records table[] one plain table per robot, the lines of its population file
 ---@field trials limax.trial[] in which its robots are simulated
+---@field archive limax.archive.row[]|nil rows of the run's archive, up to its newest generation
 ---@field evaluations integer robots simulated for their score
 ---@field timing table<string, number> s of each step
 ---@field island integer|nil number of the island of which survival and selection see the robots
@@ -93,6 +97,7 @@ function population.new(world, fields)
   robots.world, robots.contexts, robots.simulations = world, {}, {}
   robots.trials = world.trials(robots.generation)
   robots.evaluations = robots.evaluations or 0
+  robots.archive = world.archive and world.archive.rows
   robots.timing = robots.timing or {}
   robots.timing.simulate, robots.timing.fitness = 0, 0
   for i, record in ipairs(robots.records) do
@@ -188,8 +193,8 @@ end
 ---@param record table
 ---@return table record
 function population.forget_score(record)
-  for _, name in ipairs { "fitness", "cases", "measures", "outcome", "trials", "status",
-    "reason" } do
+  for _, name in ipairs { "fitness", "cases", "measures", "descriptors", "objectives", "outcome",
+    "trials", "status", "reason" } do
     record[name] = nil
   end
   return record
@@ -265,7 +270,10 @@ function Population:score(with)
     if wanted[i] then robot_trials.set_status(record) end
   end
   scoring.score { call = law.call, robots = self, records = self.records, wanted = wanted,
-    generation = self.generation, state = world.state, say = world.say }
+    generation = self.generation, state = world.state, say = world.say,
+    measure = world.measured and function(robot, record)
+      return measures.add(world.measured, robot, record, world.state)
+    end }
   check_trials_read(self, law, wanted)
   self.ranked = metrics.rank(self.records)
   self.scored_with, self.fitness = self.scored_with or with, law
@@ -274,6 +282,7 @@ function Population:score(with)
   if #self.ranked == 0 then failure.raise(1, failure_text(self)) end
   local constant = self.generation == 0 and constant_text(self)
   if constant then world.say(constant) end
+  if world.archive and #self.simulations > 0 then world.archive:update(self) end
   return self
 end
 

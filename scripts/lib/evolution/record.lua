@@ -99,6 +99,8 @@ function record.write(run, robots)
   line.materials = materials.fields(robots.materials)
   line.best_standard = standard_score(run, robots)
   line.supervisor_failed = robots.supervisor_failed
+  local archive = run.world.archive
+  line.archive = archive and archive:measure()
   local text = history.encode(robots.records)
   local kept = run.world.state and state.encode(run.world.state)
   local entry = remember(run, line, robots.ledger)
@@ -109,7 +111,8 @@ function record.write(run, robots)
   else
     robots.timing.write = run.folder:write_generation { metrics = line, ledger = robots.ledger,
       seconds = robots.timing, supervision = robots.supervision, text = text,
-      state = kept, engine = robots.engine, champion = robots[robots.ranked[1]]:table() }
+      state = kept, archive = archive and archive:text(), engine = robots.engine,
+      champion = robots[robots.ranked[1]]:table() }
   end
   run.world.state = kept and state.decode(kept)
   population.end_traces(robots, "its population was bred")
@@ -144,6 +147,9 @@ function record.read(run, folder)
         restore_genomes(run, entry, scores_valid)
       end
     end
+  end
+  if run.upcoming and run.world.archive then
+    run.world.archive:restore(folder, run.upcoming.generation, run.encoding.genes)
   end
   local before = run.upcoming and run.world.state
     and folder:state_text(run.repetition, run.upcoming.generation)

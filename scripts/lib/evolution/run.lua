@@ -1,6 +1,7 @@
 --- run.lua: one repetition of an experiment: what it needs before its first generation (device,
 --- folder, world, limits), and the warnings that a user should read before hours of computing.
 
+local archived = require "limax.evolution.archived"
 local encodings = require "limax.encoding"
 local engine = require "limax.engine"
 local fault = require "limax.engine.fault"
@@ -125,6 +126,8 @@ function run.new(experiment, options)
     options = settings.engine_options(config.simulation, config.record), device = device,
     trials = experiment.trials:of(repetition), advance = options.wait or together.finish,
     fitness = experiment.fitness, first_materials = first,
+    measured = experiment.measured, archive = experiment.archive
+      and archived.new(experiment.archive, config.seed, repetition),
     state = experiment.state and state.decode(state.encode(experiment.state())),
     on_progress = options.on_progress, say = once(options.say or print_warning) }
   -- refuses a lattice that this machine cannot hold before anything large is made
@@ -161,11 +164,12 @@ function run.warn(experiment, world)
   end
 end
 
---- An empty population of the engine, for one generation.
+--- An empty population of the engine.
+---@param count? integer that of one generation if left out
 ---@return limax.population
-function Run:new_robots()
-  return engine.population { lattice = self.config.lattice, count = self.config.population,
-    encoding = self.encoding }
+function Run:new_robots(count)
+  return engine.population { lattice = self.config.lattice,
+    count = count or self.config.population, encoding = self.encoding }
 end
 
 --- What the genes of a generation are made and read by.

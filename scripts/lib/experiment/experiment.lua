@@ -9,6 +9,7 @@ local failure = require "limax.base.failure"
 local fault = require "limax.engine.fault"
 local host = require "limax.host"
 local ledger = require "limax.supervise.ledger"
+local measures = require "limax.experiment.measures"
 local overrides = require "limax.experiment.overrides"
 local own_variables = require "limax.experiment.own_variables"
 local plausible = require "limax.settings.plausible"
@@ -27,6 +28,8 @@ local variation = require "limax.variation"
 ---@field survival limax.survival.scheme as resolved
 ---@field encoding limax.encoding.definition as resolved
 ---@field variation { mutation: limax.variation.step, crossover: limax.variation.step } as resolved
+---@field archive limax.archive.definition|nil as resolved
+---@field measured limax.measured|nil what the archive and the survival need of each robot
 ---@field state nil|fun(): table a script's own state at the start of a repetition
 ---@field trials limax.trials in which each robot is simulated
 ---@field supervisor { name: string, call: function } as resolved
@@ -42,7 +45,8 @@ local Experiment = strict.methods "experiment"
 local FIELDS = {}
 
 -- Fields that an experiment may lack; the last three are set while it runs.
-local MAY_LACK = { origin = true, state = true, projected = true, warned = true, endpoints = true }
+local MAY_LACK = { origin = true, state = true, archive = true, measured = true, projected = true,
+  warned = true, endpoints = true }
 
 function Experiment.__index(self, key)
   local fields = rawget(self, FIELDS)
@@ -167,6 +171,7 @@ local rules = schema.fields {
   fitness = anything,
   selection = anything,
   survival = anything,
+  archive = anything,
   state = anything,
   trials = anything,
   supervisor = anything,
@@ -243,24 +248,41 @@ local function default_name(spec, origin)
   return (name:gsub("^[^%w]", "x"))
 end
 
--- The named parts of the library: fitness, selection, survival, supervisor; and the state.
+-- The survival, the archive and what they measure, added to the parts.
+local function resolve_memory(spec, parts)
+  local message
+  parts.survival, message =
+    resolved("survival", require("limax.survival").get, spec.survival or defaults.survival)
+  if not message and spec.archive ~= nil then
+    parts.archive, message = resolved("archive", require("limax.archive").get, spec.archive)
+  end
+  if message then return message end
+  if not (parts.archive or parts.survival.objectives or parts.survival.needs_descriptors) then
+    return nil
+  end
+  parts.measured, message = measures.of(parts)
+  return message
+end
+
+-- The named parts of the library: fitness, selection, survival, archive, supervisor; the state.
 local function resolve_parts(spec)
   local fitness, wrong_fitness =
     resolved("fitness", require("limax.fitness").get, spec.fitness)
-  local selection, wrong_selection = resolved("selection", require("limax.selection").get,
-    spec.selection or defaults.selection)
+  local parts = { fitness = fitness, state = spec.state }
+  local wrong_memory = not wrong_fitness and resolve_memory(spec, parts) or nil
+  parts.selection_named = spec.selection or (parts.survival or {}).selection or defaults.selection
+  local selection, wrong_selection =
+    resolved("selection", require("limax.selection").get, parts.selection_named)
   local supervisor, wrong_supervisor = resolved("supervisor", require("limax.supervise").get,
     spec.supervisor or defaults.supervisor)
-  local survival, wrong_survival =
-    resolved("survival", require("limax.survival").get, spec.survival or defaults.survival)
-  local message = wrong_fitness or wrong_selection or wrong_supervisor or wrong_survival
+  local message = wrong_fitness or wrong_selection or wrong_supervisor or wrong_memory
   if not message and spec.state ~= nil and type(spec.state) ~= "function" then
     message = ("state: expected a function that returns a table, got %s; write state = function()"
       .. " return { ... } end"):format(schema.show(spec.state))
   end
   if message then return nil, message end
-  return { fitness = fitness, selection = selection, supervisor = supervisor, survival = survival,
-    state = spec.state }
+  parts.selection, parts.supervisor = selection, supervisor
+  return parts
 end
 
 -- The encoding and the variation of an experiment; leaves in `genome` the fields that it uses.
@@ -332,8 +354,14 @@ local function resolve(spec, origin)
     for kind, rate in pairs(defaults.record) do config.record[kind] = rate end
   end
   -- what a fitness of the library reads is recorded unless the script sets another rate
-  for kind, rate in pairs(parts.fitness.record or {}) do
-    if config.record[kind] == 0 then config.record[kind] = rate end
+  local reading = { parts.fitness }
+  for _, list in pairs(parts.measured or {}) do
+    for _, measure in ipairs(list) do reading[#reading + 1] = measure end
+  end
+  for _, reader in ipairs(reading) do
+    for kind, rate in pairs(reader.record) do
+      if config.record[kind] == 0 then config.record[kind] = rate end
+    end
   end
   local notes = settings.finish(config.simulation, config.record)
   local base = origin and source.folder_of(origin)
@@ -346,12 +374,13 @@ local function resolve(spec, origin)
   config.schema = "limax.config/1"
   config.name = config.name or default_name(spec, origin)
   config.fitness = source.describe(spec.fitness, base)
-  config.selection = source.describe(spec.selection or defaults.selection, base)
+  config.selection = source.describe(parts.selection_named, base)
   for _, note in ipairs(plausible.breeding_notes(config)) do notes[#notes + 1] = note end
   notes[#notes + 1] = own_variables.note(spec, base)
   config.supervisor = source.describe(spec.supervisor or defaults.supervisor, base)
   config.survival = spec.survival ~= defaults.survival and source.describe(spec.survival, base)
     or nil
+  config.archive = source.describe(spec.archive, base)
   config.state = spec.state and source.describe(spec.state, base)
   config.trials = parts.trials.config
   local unfit = parts.supervisor.unfit and parts.supervisor.unfit(config)
@@ -359,7 +388,8 @@ local function resolve(spec, origin)
 
   return setmetatable({ [FIELDS] = { config = config, spec = spec, origin = origin, notes = notes,
     fitness = parts.fitness, selection = parts.selection, supervisor = parts.supervisor,
-    survival = parts.survival, state = parts.state, encoding = encoding, variation = steps,
+    survival = parts.survival, archive = parts.archive, measured = parts.measured,
+    state = parts.state, encoding = encoding, variation = steps,
     trials = parts.trials,
     scripts = source.scripts(origin, spec, named_scripts(spec, base)) } }, Experiment)
 end
@@ -369,7 +399,7 @@ end
 --- Checks and resolves an experiment. Errors raise at the caller's line, with exit status 2.
 --- Fields: name, lattice, materials, seed, genome, scene, simulation, record, population,
 --- generations, evaluations, repetitions, islands, breeding, fitness (the one without a default),
---- selection, survival, state, trials, supervisor, supervision, not_in_paper.
+--- selection, survival, archive, state, trials, supervisor, supervision, not_in_paper.
 ---@param spec table
 ---@return limax.experiment
 function experiment.new(spec)

@@ -2,16 +2,18 @@
 --- next one, and from which robots the selection chooses parents. A scheme is a function
 --- (robots, random, state) -> survivors, parents: two lists of indices, best first. Survivors are
 --- copied into the next generation and keep their scores; offspring fill the rest. Without
---- `parents` the survivors are the parents, or where there are none all scored robots.
+--- `parents` the survivors are the parents, or where there are none all scored robots. Parents may
+--- also be rows of the archive: `return {}, robots.archive`.
 
 local choice = require "limax.base.choice"
 local schema = require "limax.engine.schema"
+local sorting = require "limax.base.sorting"
 local strict = require "limax.engine.strict"
 
 local survival = strict.module "limax.survival"
 
 ---@alias limax.survival.scheme fun(robots: limax.population.scored, random: limax.random,
---- state: any, parameters: table<string, number>): integer[], integer[]?
+--- state: any, parameters: table<string, number>): integer[], (integer|limax.archive.row)[]?
 
 -- The first `count` of a list.
 local function first(list, count)
@@ -20,8 +22,17 @@ local function first(list, count)
   return part
 end
 
+---@class limax.survival
+---@field name string a library name, or "function"
+---@field call limax.survival.scheme
+---@field selection? string|table the selection where the experiment names none
+---@field needs_descriptors? string an archive that gives them, where the scheme needs one
+---@field objectives? limax.measure[]
+
 ---@class limax.survival.entry: limax.choice.entry
 ---@field make fun(options: table): limax.survival.scheme
+---@field selection? string|table
+---@field needs_descriptors? string
 
 --- Options of each scheme, by its name.
 ---@type table<string, limax.survival.entry>
@@ -60,14 +71,32 @@ survival.entries.plus = {
   end,
 }
 
+--- map_elites: no robot goes on; the parents are the archive's robots, all with the same chance
+--- unless the experiment names a selection. Needs an archive of cells. Mouret and Clune,
+--- "Illuminating search spaces by mapping elites", 2015.
+survival.entries.map_elites = {
+  options = {},
+  selection = { "truncation", share = 1 },
+  needs_descriptors = "grid",
+  make = function()
+    return function(robots)
+      local scores, ranked = {}, {}
+      for k, row in ipairs(robots.archive) do scores[k] = row.fitness end
+      for k, at in ipairs(sorting.descending(scores)) do ranked[k] = robots.archive[at] end
+      return {}, ranked
+    end
+  end,
+}
+
 --- The scheme that an experiment names: a name, { name, option = value }, or a function.
 ---@param spec string|table|limax.survival.scheme
----@return limax.survival.scheme
----@return string name a library name, or "function"
+---@return limax.survival
 function survival.get(spec)
-  if type(spec) == "function" then return spec, "function" end
+  if type(spec) == "function" then return { name = "function", call = spec } end
   local name, options = choice.read("survival", spec, survival.entries)
-  return survival.entries[name].make(options), name
+  local entry = survival.entries[name]
+  return { name = name, call = entry.make(options), selection = entry.selection,
+    needs_descriptors = entry.needs_descriptors, objectives = options.objectives }
 end
 
 return strict.close("limax.survival", survival)

@@ -41,6 +41,8 @@ local function fail(pattern, ...) engine.fail(pattern:format(...)) end
 ---@field fitness number|nil its score; nil without one
 ---@field cases number[]|nil scores by case, for lexicase selection
 ---@field measures table<string, number>|nil numbers that the fitness returns by name
+---@field descriptors number[]|nil of the experiment's archive, in its order
+---@field objectives number[]|nil of the experiment's survival or archive, in its order
 ---@field coarse boolean a mass was seen to move farther than a tenth of an edge in one step
 ---@field undersampled boolean a period of the muscles has fewer than 20 steps
 ---@field trials limax.scored_robot[] it in each trial of the experiment, with all measures; without
@@ -52,8 +54,8 @@ local function fail(pattern, ...) engine.fail(pattern:format(...)) end
 local methods = strict.methods "robot"
 
 local of_record = { id = true, parents = true, generation = true, origin = true, island = true,
-  status = true,
-  reason = true, fitness = true, cases = true, measures = true }
+  status = true, reason = true, fitness = true, cases = true, measures = true, descriptors = true,
+  objectives = true }
 
 -- Fields that are made once, when they are first read.
 local made = {}

@@ -108,7 +108,8 @@ function scoring.call(call, robot, state)
   if not ok then
     local text, trace = failure.bare(value), tostring(extra)
     local place = place_of(call, text)
-    return nil, nil, "the fitness failed: " .. place .. text, false, place .. trace
+    local message = "the fitness failed: " .. place
+    return nil, nil, message .. text, false, message .. trace
   end
   local message, excusable = complaint(value, extra)
   if message then
@@ -125,6 +126,8 @@ end
 ---@field wanted boolean[] which robots to score
 ---@field generation integer
 ---@field state table|nil of the run's scripts
+---@field measure? fun(robot: table, record: table): string|nil, boolean|nil, string|nil adds to the
+--- record what an archive or a survival needs; message, excusable and trace of a failure
 ---@field say fun(text: string, key: string) called for every robot that fails; `key` is the part of
 --- the text that names no robot and no generation
 
@@ -138,12 +141,16 @@ function scoring.score(request)
         scoring.call(request.call, request.robots[i], request.state)
       record.fitness = value
       record.cases, record.measures = scoring.parts(extra)
+      local reason = "fitness"
+      if not message and request.measure then
+        reason, message, excusable, trace = "measure", request.measure(request.robots[i], record)
+      end
       if message then
         if request.generation == 0 and not excusable then
           failure.raise(1, ("robot %s of the first generation: %s"):format(record.id,
-            trace and "the fitness failed: " .. trace or message))
+            trace or message))
         end
-        record.status, record.reason = "failed", "fitness"
+        record.status, record.reason, record.fitness = "failed", reason, nil
         failed, first = failed + 1, first or record.id
         request.say(("robot %s of generation %d gets no score: %s"):format(record.id,
           request.generation, message), message)

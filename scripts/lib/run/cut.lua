@@ -79,7 +79,8 @@ return function(folder, from)
   folder:clean("", math.huge)
   for _, name in ipairs(host.file.list(folder.path) or {}) do
     local repetition = tonumber(name:match "^r(%d+)$")
-    for _, kind in ipairs(repetition and { "/population", "/champions", "/state" } or {}) do
+    for _, kind in ipairs(repetition and { "/population", "/champions", "/state",
+      "/archive" } or {}) do
       folder:clean("/" .. name .. kind, folder.lines:last(repetition))
     end
   end

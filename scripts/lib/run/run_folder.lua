@@ -150,7 +150,8 @@ end
 
 --- Writes a complete generation asynchronously, its checkpoint last. Raises an error of writing an
 --- earlier one.
----@param written table metrics, ledger, seconds, supervision, text, engine, champion, state
+---@param written table metrics, ledger, seconds, supervision, text, engine, champion, state,
+--- archive
 ---@return number seconds that the run waited
 function Folder:write_generation(written)
   local began = host.clock()
@@ -172,14 +173,17 @@ function Folder:write_generation(written)
   self:write_later(place("population", ".jsonl"), written.text)
   self:write_later(place("population", ".npy"), header, genomes, bytes)
   self:write_later(place("champions", ".json"), champion)
-  if written.state then
-    self:make_folder(source.folder_of(place("state", "")))
-    self:write_later(place("state", ".json"), written.state)
+  for _, kind in ipairs { "state", "archive" } do
+    if written[kind] then
+      self:make_folder(source.folder_of(place(kind, "")))
+      self:write_later(place(kind, verify.FILES[kind][2]), written[kind])
+    end
   end
   local hashes = { schema = "limax.hashes/1", repetition = repetition, generation = generation,
     scored_by = self.scored_by, population = host.xxh3(written.text),
     genomes = host.xxh3(header, genomes, bytes), champion = host.xxh3(champion),
-    state = written.state and host.xxh3(written.state) }
+    state = written.state and host.xxh3(written.state),
+    archive = written.archive and host.xxh3(written.archive) }
 
   local ledger, seconds = { schema = "limax.ledger/1", repetition = repetition,
     generation = generation }, {}
@@ -390,6 +394,40 @@ function Folder:genomes_of(repetition, generation)
   local array, message = npy.decode(bytes)
   if not array then failure.raise(1, ("%s: %s"):format(path, message)) end
   return array.data
+end
+
+--- The rows that entered the archive in a generation.
+---@return string text
+---@return string path
+function Folder:archive_text(repetition, generation)
+  return self:read_generation(repetition, "archive", generation, ".jsonl")
+end
+
+--- Some robots of a generation: their lines in its population file, and their genomes.
+---@param indices integer[]
+---@param genes integer of a genome
+---@return table<integer, table> records
+---@return table<integer, ffi.cdata*> genomes float[genes]
+function Folder:robots(repetition, generation, indices, genes)
+  local text = self:population_text(repetition, generation)
+  local path = self.path .. "/" .. verify.place(repetition, "population", generation, ".npy")
+  local file = assert(io.open(path, "rb"))
+  local size, wanted = genes * ffi.sizeof "float", {}
+  for _, index in ipairs(indices) do wanted[index] = true end
+  local records, genomes, index = {}, {}, 0
+  local offset = file:seek "end"
+  for line in text:gmatch "[^\n]*\n" do
+    index = index + 1
+    if wanted[index] then records[index] = run_files.robots(line, path)[1] end
+  end
+  offset = offset - index * size
+  for _, each in ipairs(indices) do
+    file:seek("set", offset + (each - 1) * size)
+    genomes[each] = ffi.new("float[?]", genes)
+    ffi.copy(genomes[each], file:read(size), size)
+  end
+  file:close()
+  return records, genomes
 end
 
 --- Lets other processes write this folder.

@@ -12,10 +12,11 @@ verify.GROWING = { "metrics", "ledger", "timing", "hashes" }
 
 --- The files of one generation, as `hashes` names them; one that it does not name is not there.
 verify.FILES = { population = { "population", ".jsonl" }, genomes = { "population", ".npy" },
-  champion = { "champions", ".json" }, state = { "state", ".json" } }
+  champion = { "champions", ".json" }, state = { "state", ".json" },
+  archive = { "archive", ".jsonl" } }
 
 --- The path of a file of one generation in the run folder.
----@param kind "population"|"champions"|"state"
+---@param kind "population"|"champions"|"state"|"archive"
 ---@param ending string
 function verify.place(repetition, kind, generation, ending)
   return ("r%02d/%s/g%04d%s"):format(repetition, kind, generation, ending)

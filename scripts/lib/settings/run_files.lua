@@ -122,7 +122,7 @@ local rules = {
     supervision = required(schema.table), simulation = required(simulation),
     record = required(complete(settings.record)), fitness = required(choice),
     selection = required(choice), survival = choice, state = choice, islands = schema.table,
-    trials = schema.table,
+    trials = schema.table, archive = choice,
     supervisor = required(choice),
     not_in_paper = list(text, "a list of texts"),
     run = required(record {
@@ -161,6 +161,8 @@ local rules = {
       "a list of islands"),
     parameters = required(map(number)), materials = required(map(map(number))),
     supervisor_failed = schema.boolean(),
+    archive = record { cells = count, filled = count, coverage = number, qd_score = finite,
+      best = number },
   }),
   ledger = line("ledger", {
     supervisor = required(text), source = text, reason = text,
@@ -175,6 +177,11 @@ local rules = {
       output_tokens = number, cost = number, fallen_back = schema.boolean() },
   }),
   hashes = line("hashes", { scored_by = text }),
+  archive = record {
+    schema = required(schema_of "archive"), id = required(count),
+    index = required(schema.whole(1, 2 ^ 53)), fitness = required(number), cell = count,
+    descriptors = list(number, "a list of numbers"), objectives = list(number, "a list of numbers"),
+  },
   population = record {
     schema = schema_of "population", id = required(count), generation = required(count),
     parents = required(list(count, "a list of ids")),
@@ -182,6 +189,7 @@ local rules = {
     status = required(schema.choice { "done", "invalid", "diverged", "failed" }), reason = text,
     step_size = finite,
     fitness = finite, cases = list(finite, "a list of numbers"), measures = map(finite),
+    descriptors = list(finite, "a list of numbers"), objectives = list(finite, "a list of numbers"),
     body = required(body), outcome = required(run_files.outcome),
     trials = list(run_files.outcome, "a list of outcomes"),
   },
@@ -192,7 +200,7 @@ local rules = {
 }
 
 ---@alias limax.run_files.kind "config"|"status"|"environment"|"metrics"|"ledger"|"timing"|"hashes"|
----"population"|"study"
+---"archive"|"population"|"study"
 
 -- ---- reading ------------------------------------------------------------------------------------
 
@@ -311,6 +319,12 @@ end
 ---@param path string its name
 ---@return table[]
 function run_files.robots(content, path) return objects(content, "population", path) end
+
+--- The rows of an archive's file.
+---@param content string of the file
+---@param path string its name
+---@return table[]
+function run_files.archive(content, path) return (objects(content, "archive", path)) end
 
 --- Calls a function with a value of a file; an error of it is one of the file.
 ---@param where string file and line

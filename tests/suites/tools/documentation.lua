@@ -47,6 +47,7 @@ return limax.experiment {
     return population.ranked[1], random:integer(#population)
   end,
   islands = { count = 3, every = 2 },
+  archive = { "grid", descriptors = { "contact", { "distance", range = { 0, 0.1 } } } },
   survival = { "plus", share = 0.3 }, state = function() return { sum = 0 } end,
   trials = { {}, { scene = limax.scenes.air { gravity = false }, materials = "paper", duration = 0.1,
     record = { contact = 0 } } },
@@ -153,7 +154,7 @@ end
 -- The headings of the objects that are compared.
 local OBJECTS = { "config.json", "environment.json", "metrics.jsonl", "ledger.jsonl",
   "timing.jsonl", "Attempt", "Decision", "population/gNNNN.jsonl", "champions/gNNNN.json",
-  "checkpoint", "STATUS" }
+  "archive/gNNNN.jsonl", "checkpoint", "STATUS" }
 
 suite:test("a run folder has the files and fields of the page", function(t)
   local sections, trees, objects = field_page.read(), {}, 0

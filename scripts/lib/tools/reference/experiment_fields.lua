@@ -114,6 +114,8 @@ local function described()
       text = "a name, a table or a function (population, random) -> i, j" },
     { name = "survival", type = names_of "limax.survival",
       text = "a name, a table or a function (robots, random, state) -> survivors, parents" },
+    { name = "archive", type = names_of "limax.archive",
+      text = "a name or a table: which robots the run remembers beyond their generation" },
     { name = "state", text = "a function that returns a table, which every function of the"
       .. " experiment receives as its last argument and resume restores" },
     { name = "trials", text = "a list of worlds in which each robot is simulated, or a function"

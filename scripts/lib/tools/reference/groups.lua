@@ -214,12 +214,23 @@ entries  limax.selection.entries.rank
   { title = "limax.survival", files = { "scripts/lib/experiment/survival.lua" },
     text = 'Survival schemes: `survival = "generational"`, or `{ "plus", share = 0.25 }`.',
     prefix = "limax.survival.", holder = "survival.", named = "survival",
+    stage = 'grid = { "grid", descriptors = { "muscle_share" } }',
     examples = [[
 elitist=survival.entries.elitist  "elitist"
 generational=survival.entries.generational  "generational"
 plus=survival.entries.plus  { "plus", share = 0.25 }
+map_elites=survival.entries.map_elites  "map_elites", archive = grid
 get  limax.survival.get "plus"
 entries  limax.survival.entries.plus
+]] },
+  { title = "limax.archive", files = { "scripts/lib/experiment/archive.lua" },
+    text = 'Archives: `archive = { "grid", descriptors = { "muscle_share", "voxel_share" } }`.',
+    prefix = "limax.archive.", holder = "archive.", named = "archive",
+    examples = [[
+grid=archive.entries.grid  { "grid", cells = 5, descriptors = { "muscle_share", "contact" } }
+get  limax.archive.get({ "grid", descriptors = { "muscle_share" } }).name
+entries  limax.archive.entries.grid
+measures  limax.archive.measures.contact.unit
 ]] },
   { title = "limax.supervise", folder = "scripts/lib/supervise/", named = "supervisor",
     files = { "scripts/lib/supervise/supervise.lua" },

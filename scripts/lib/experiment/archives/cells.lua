@@ -1,0 +1,65 @@
+--- cells.lua: archives that keep the best robot of each cell of the descriptors' space: a grid, or
+--- the cells of given centres.
+
+local cells = {}
+
+-- Most cells of a grid: a list of them is made for every picture of it.
+local MOST = 1e6
+
+-- Candidates that are better than the robot of their cell, one for each cell.
+local function choose(rows, place, candidates, cell_of)
+  local best, order, entered = {}, {}, {}
+  for _, row in ipairs(candidates) do
+    local cell = cell_of(row.descriptors)
+    local holder = best[cell] or place[cell] and rows[place[cell]]
+    if not holder or row.fitness > holder.fitness then
+      if not best[cell] then order[#order + 1] = cell end
+      best[cell], row.cell = row, cell
+    end
+  end
+  for k, cell in ipairs(order) do entered[k] = best[cell] end
+  return entered
+end
+
+-- An archive of `count` cells.
+local function definition(options, count, cell_of)
+  return {
+    descriptors = options.descriptors,
+    choose = function(rows, place, candidates) return choose(rows, place, candidates, cell_of) end,
+    measure = function(rows)
+      local score, best = 0, nil
+      for _, row in ipairs(rows) do
+        score = score + (row.fitness - options.qd_offset)
+        best = math.max(best or row.fitness, row.fitness)
+      end
+      return { cells = count, filled = #rows, coverage = #rows / count, qd_score = score,
+        best = best }
+    end,
+  }
+end
+
+--- A grid; the first descriptor varies fastest in the cells' numbers.
+---@param options { descriptors: limax.measure[], cells: integer, qd_offset: number }
+---@return limax.archive.definition|string
+function cells.grid(options)
+  local axes, count = {}, 1
+  for k, measure in ipairs(options.descriptors) do
+    local along = measure.cells or options.cells
+    axes[k] = { least = measure.range[1], most = measure.range[2], cells = along, stride = count }
+    count = count * along
+  end
+  if count > MOST then
+    return ("%.6g cells; at most 1e6: fewer cells along a descriptor, or \"cvt\""):format(count)
+  end
+  return definition(options, count, function(values)
+    local cell = 1
+    for k = 1, #axes do
+      local axis = axes[k]
+      local at = math.floor((values[k] - axis.least) / (axis.most - axis.least) * axis.cells)
+      cell = cell + axis.stride * math.max(0, math.min(axis.cells - 1, at))
+    end
+    return cell
+  end)
+end
+
+return cells

@@ -1,0 +1,169 @@
+--- archive.lua: archives: which robots each of them keeps, against a plain statement of its rule,
+--- what breeds from them, and that a run that continues gives the same bytes.
+
+local host = require "limax.host"
+local limax = require "limax"
+local evolution = require "support.evolution"
+
+local suite = require("limax.test").suite "archive"
+
+local finished = evolution.finished
+
+local function height(robot) return robot.body.size[3] end
+
+-- Every new robot of a history that has a score, in the order of time.
+local function newcomers(history)
+  local list = {}
+  for _, entry in ipairs(history) do
+    for i = 1, #entry.population do
+      local robot = entry.population[i]
+      if robot.fitness and robot.generation == entry.generation then
+        list[#list + 1] = robot.record
+      end
+    end
+  end
+  return list
+end
+
+local GRID = { "grid", cells = 3, qd_offset = -1, descriptors = { "muscle_share",
+  { height, name = "height", range = { 1.2, 1.8 }, cells = 2 } } }
+
+suite:test("a grid keeps the best robot of each cell, clamped to its range", function(t)
+  local history, run = finished { archive = GRID, survival = "map_elites", generations = 4 }
+  local best, filled, score, top = {}, 0, 0, -math.huge
+  for _, record in ipairs(newcomers(history)) do
+    local shares = record.body.counts
+    local muscle = (shares["expanding muscle"] + shares["contracting muscle"]) / record.body.voxels
+    t:equal(record.descriptors, { muscle, record.body.size[3] })
+    local column = math.min(math.floor(muscle * 3), 2)
+    local cell = 1 + column + 3 * math.min(record.body.size[3] - 1, 1)
+    if not best[cell] or record.fitness > best[cell].fitness then best[cell] = record end
+  end
+  for cell, record in pairs(best) do
+    filled, score, top = filled + 1, score + record.fitness + 1, math.max(top, record.fitness)
+    local found = false
+    for _, row in ipairs(run.world.archive.rows) do
+      if row.cell == cell then
+        t:equal({ row.id, row.fitness }, { record.id, record.fitness })
+        found = true
+      end
+    end
+    t:ok(found, "cell " .. cell)
+  end
+  local line = history[#history].archive
+  t:equal({ line.cells, line.filled, line.coverage, line.best }, { 6, filled, filled / 6, top })
+  t:near(line.qd_score, score, { rtol = 1e-12 })
+end)
+
+suite:test("map_elites breeds from the archive only, with right parents and genomes", function(t)
+  local seen = {}
+  local history = finished { archive = GRID, survival = "map_elites", generations = 4,
+    breeding = { mutation_rate = 0, crossover_rate = 0 }, supervisor = "fixed",
+    selection = function(pool, random)
+      for k = 1, #pool.ranked do seen[pool[pool.ranked[k]].id] = true end
+      return pool.ranked[random:integer(#pool.ranked)], pool.ranked[1]
+    end }
+  local by_id = {}
+  for k, entry in ipairs(history) do
+    for i = 1, #entry.population do
+      local robot = entry.population[i]
+      t:ok(by_id[robot.id] == nil, "an id twice")
+      if k > 1 then
+        t:equal({ robot.origin, robot.generation }, { "bred", entry.generation })
+        t:ok(seen[robot.parents[1]] and seen[robot.parents[2]], "a parent in the pool")
+        -- without variation a child is a copy of its first parent
+        t:equal(robot.body.hash, by_id[robot.parents[1]].body.hash)
+      end
+    end
+    for i = 1, #entry.population do by_id[entry.population[i].id] = entry.population[i] end
+  end
+end)
+
+local FILES = { "metrics.jsonl", "ledger.jsonl", "r01/archive/g0004.jsonl",
+  "r01/population/g0004.jsonl", "r01/population/g0004.npy" }
+
+-- A run of five generations, and one that stopped after three, have the same bytes; so has one that
+-- goes on from an earlier generation.
+local function resumes(t, fields, files)
+  local function spec(generations)
+    local all = { generations = generations }
+    for name, value in pairs(fields) do all[name] = value end
+    return evolution.small(all)
+  end
+  local whole, broken = t:folder() .. "/whole", t:folder() .. "/broken"
+  limax.start(spec(5), { out = whole, say = evolution.silent }):finish()
+  limax.start(spec(3), { out = broken, say = evolution.silent }):finish()
+  local options = { out = broken, resume = true, changed = true, say = evolution.silent }
+  limax.start(spec(5), options):finish()
+  evolution.same_files(t, broken, whole, files or FILES)
+  options.from = 1
+  limax.start(spec(5), options):finish()
+  evolution.same_files(t, broken, whole, files or FILES)
+end
+
+suite:test("map_elites resumes to the same bytes", function(t)
+  resumes(t, { archive = GRID, survival = "map_elites" })
+end)
+
+suite:test("an archive beside another survival changes no result", function(t)
+  local with, without = t:folder() .. "/with", t:folder() .. "/without"
+  limax.start(evolution.small { archive = GRID }, { out = with, say = evolution.silent }):finish()
+  limax.start(evolution.small(), { out = without, say = evolution.silent }):finish()
+  evolution.same_files(t, with, without, { "r01/population/g0002.npy" })
+  t:equal(host.file.exists(without .. "/r01/archive"), nil)
+end)
+
+suite:test("a survival, a selection and an own loop may name rows as parents", function(t)
+  local history = finished { archive = GRID, generations = 4,
+    survival = function(robots) return { robots.ranked[1] }, robots.archive end,
+    selection = function(pool, random)
+      return pool.ranked[random:integer(#pool.ranked)], pool.archive[1]
+    end }
+  t:equal(history[4].population[2].parents[2], history[4].population.archive[1].id)
+  local loop = limax.start(evolution.small { archive = GRID, generations = 3 },
+    { say = evolution.silent })
+  for robots in loop:generations() do
+    robots:simulate():score()
+    local pairs_of_parents = {}
+    for child = 1, #robots do
+      pairs_of_parents[child] = { robots.archive[1], robots.ranked[1] }
+    end
+    robots:breed { parents = pairs_of_parents, elites = {} }
+  end
+  t:equal(#loop.history, 3)
+end)
+
+suite:test("mistakes are refused with field and remedy", function(t)
+  local function refused(message, fields)
+    t:raises(message, function() evolution.small(fields) end)
+  end
+  local function grid(descriptors, cells)
+    return { archive = { "grid", descriptors = descriptors, cells = cells } }
+  end
+  refused('archive "grid".cells: expected a whole number from 1', grid({ "contact" }, 0))
+  refused('"muscle_shar" is no measure of limax.*muscle_share', grid { "muscle_shar" })
+  refused('unknown measure "muscle_shar".*muscle_share',
+    grid { { "muscle_shar", range = { 0, 1 } } })
+  refused('descriptors%[2%]: "distance" needs a range in m', grid { "contact", "distance" })
+  refused("descriptors%[1%].range: expected { least, most } with least < most",
+    grid { { "contact", range = { 1, 0 } } })
+  refused('archive "grid".descriptors: is missing; name one or more', { archive = "grid" })
+  refused("at most 1e6", grid({ "contact", "muscle_share", "voxel_share" }, 200))
+  refused('survival: "map_elites" needs an archive with descriptors: archive = { "grid"',
+    { survival = "map_elites" })
+  local function fails(message, call)
+    t:raises(message, function()
+      finished { archive = { "grid", descriptors = { { call, range = { 0, 1 } } } } }
+    end)
+  end
+  fails("robot 1 of the first generation: descriptor 1 %(function%) is nil, expected a number",
+    function() end)
+  fails("more than a tenth of generation 0 .* descriptor 1 %(function%) is nan",
+    function() return 0 / 0 end)
+  fails("descriptor 1 %(function%) failed: .*archive.lua:%d+: boo", function() error "boo" end)
+  t:raises("is a table; expected an index or a row of the archive that it has now", function()
+    finished { archive = GRID, survival = function() return {}, { {} } end }
+  end)
+end)
+
+return suite
