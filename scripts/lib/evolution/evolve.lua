@@ -194,7 +194,13 @@ function evolve.start(experiment, options)
   local checked, message = runs.check(options)
   if not checked then failure.raise(2, message, 2) end
   local run, comparison = runs.new(experiment, checked)
-  run.world.breed = function(robots, choice) finish_generation(run, robots, choice) end
+  run.world.breed = function(robots, choice)
+    if robots ~= run.population or run.upcoming ~= nil then
+      failure.raise(1, ("breed: generation %d was bred already: call it once in the loop")
+        :format(robots.generation))
+    end
+    finish_generation(run, robots, choice)
+  end
   if experiment.supervisor.start then run.session = experiment.supervisor.start(run) end
   runs.warn(experiment, run.world)
   if comparison then

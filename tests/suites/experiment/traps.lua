@@ -85,6 +85,8 @@ suite:test("results that say nothing", { limit = 60 }, function(t)
   says(t, 1, "does every path of it end in `return`? (try.lua:5)", fitness "robot:distance()")
   says(t, 2, "try.lua returns several values", "", "", "return experiment, experiment")
   says(t, 1, "expected two indices, got more", selection "return 1, 2, 3")
+  says(t, 1, "breed: generation 0 was bred already", "", "",
+    "for robots in limax.start(experiment):generations() do robots:breed():breed() end")
   says(t, 2, "try.lua is a suite of tests: limax test try.lua", "",
     'require("limax.test").suite "x"', "")
 end)
