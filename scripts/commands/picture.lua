@@ -31,6 +31,8 @@ between the first and the last time. .mp4 needs ffmpeg.]],
     { name = "dpi", argument = "N", kind = "number", minimum = 1, maximum = 10000,
       text = "resolution in a .png: dots per inch on paper" },
     { name = "transparent", text = "transparent background" },
+    { name = "trial", argument = "N", kind = "integer", minimum = 1, maximum = 1e6,
+      text = "of a robot that was judged in several trials [1]" },
     { name = "device", argument = "NAME", choices = { "auto", "cpu", "cuda" }, value = "cpu",
       text = "for the simulation" },
   },
@@ -153,7 +155,12 @@ function command.run(arguments)
   local path = file_of(arguments[1])
   local read, walker = failure.attempt(robot, path)
   if not read then failure.raise(1, failure.bare(walker)) end
-  local walked, message = motion.simulate(walker, { device = arguments.device })
+  local trials = #(walker.description.trials or { walker.description })
+  if arguments.trial and arguments.trial > trials then
+    usage("--trial %d: %s has %d", arguments.trial, path, trials)
+  end
+  local walked, message = motion.simulate(walker, { device = arguments.device,
+    trial = arguments.trial })
   if not walked then failure.raise(1, message) end
   local duration, animated = walked:duration(), ANIMATIONS[ending]
   local times = times_of(arguments.times, duration)

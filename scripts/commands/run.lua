@@ -158,8 +158,10 @@ local function announce(session, config, device)
     session.at_once > 1 and " together" or "")
   local where = device.kind
   if device.threads then where = ("%s (%d threads)"):format(where, device.threads) end
-  output.warn(("%s: %s, %d generations of %d robots, on %s; folder %s\n"):format(config.name,
-    which, config.generations, config.population, where, session.folder.path))
+  local trials = #(config.trials or {})
+  output.warn(("%s: %s, %d generations of %d robots%s, on %s; folder %s\n"):format(config.name,
+    which, config.generations, config.population,
+    trials > 1 and (" in %d trials"):format(trials) or "", where, session.folder.path))
   local tier = tiers.of(config.simulation)
   if tier then
     local measured = tiers.measured(device)

@@ -217,8 +217,8 @@ end
 ---@return string|nil message
 function motion.simulate(robot, options)
   options = options or {}
-  local trial = robot.description.trials and not options.scene and (options.trial or 1) or nil
-  local described = trial and robot.description.trials[trial] or robot.description
+  local trial = options.trial or robot.description.trials and not options.scene and 1 or nil
+  local described = (robot.description.trials or {})[trial or 0] or robot.description
   local own = described.simulation and described.simulation.record or {}
   local record = { position = motion.position_rate(own) }
   for kind, rate in pairs(own) do

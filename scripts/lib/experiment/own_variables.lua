@@ -151,11 +151,14 @@ end
 ---@param base string|nil folder that file names are relative to
 ---@return string|nil
 function own_variables.note(spec, base)
-  local parts, example, known = {}, nil, {}
+  local parts, example, known, advice = {}, nil, {}, ""
   for _, each in ipairs(functions_of(spec, nil, {})) do
     local variables = read(each.call, known).variables
     local names = choice.sorted_keys(variables)
     if names[1] then
+      if each.path == "trials" then
+        advice = "; trials may depend only on the generation and on random"
+      end
       example = example or ("%s = %s"):format(names[1], variables[names[1]])
       parts[#parts + 1] = ("%s (%s)%s in `%s`"):format(each.path,
         source.place { ["function"] = source.of_function(each.call, base) },
@@ -163,7 +166,7 @@ function own_variables.note(spec, base)
     end
   end
   return example and ("%s: variables of a script are lost when a run continues; use state ="
-    .. " function() return { %s } end"):format(table.concat(parts, ", "), example)
+    .. " function() return { %s } end%s"):format(table.concat(parts, ", "), example, advice)
 end
 
 return own_variables

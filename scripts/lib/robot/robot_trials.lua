@@ -118,9 +118,9 @@ function robot_trials.joined(robot, options, simulate)
   if not options.materials then
     context.population, context.materials = robot.population, robot.materials
     record.body = body.record(robot.population, 1, robot.materials)
-    for k, trial in ipairs(robot.description.trials) do
-      if not trial.materials then contexts[k].materials = robot.materials end
-    end
+  end
+  for k, trial in ipairs(robot.description.trials) do
+    if options.materials or not trial.materials then contexts[k].materials = context.materials end
   end
   record.trials, context.trials = outcomes, contexts
   return robot_trials.set_status(record), context

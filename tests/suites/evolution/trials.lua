@@ -1,7 +1,10 @@
 --- trials.lua: robots that are simulated in several trials: values, elites, random trials, resume,
 --- files that replay, and messages.
 
+local host = require "limax.host"
 local limax = require "limax"
+local process = require "support.process"
+local source = require "limax.base.source"
 local evolution = require "support.evolution"
 
 local suite = require("limax.test").suite "trials"
@@ -144,6 +147,54 @@ suite:test("a champion's file replays to its score", function(t)
     t:raises("simulate: trial: expected a whole number from 1 to 3, got 4",
       function() robot:simulate { trial = 4 } end)
   end
+end)
+
+suite:test("scores again, and under the first materials, are of all trials", function(t)
+  local out, stiffness = t:folder() .. "/run", { 9000, 8000 }
+  local run = limax.start(small { trials = random_trials, supervision = { materials = true },
+    supervisor = function(history)
+      return { materials = { bone = { stiffness = stiffness[#history] } } }
+    end }, { out = out, say = evolution.silent })
+  for robots in run:generations() do
+    robots:score()
+    local again = limax.rescore.population(robots, { accuracy = "preview" })
+    for _, i in ipairs(robots.ranked) do t:equal(again.fitness[i], robots[i].fitness) end
+  end
+  for k, entry in ipairs(run.history) do
+    local champion = limax.robot(("%s/r01/champions/g%04d.json"):format(out, k - 1))
+    local first = champion:simulate { materials = run.config.materials }
+    t:equal(entry.best_standard, least(first))
+    t:ok(k == 1 or champion.description.materials.materials[5].stiffness ~= 10000)
+  end
+end)
+
+suite:test("limax run, compare and picture know trials", function(t)
+  local base = t:folder()
+  assert(host.file.write_atomic(base .. "/two.lua", [[
+local limax = require "limax"
+return limax.experiment { name = "two", lattice = { 2, 2, 2 }, population = 6, generations = 3,
+  repetitions = 2, simulation = { duration = 0.4, settle = 0.1, accuracy = "preview" },
+  trials = { {}, { scene = limax.scenes.land { friction = false }, duration = 0.3 } },
+  fitness = "distance" }
+]]))
+  process.completes(t, base, { "run", "two.lua", "-q", "--out", "a" })
+  -- one repetition at a time
+  for repetition = 1, 2 do
+    process.completes(t, base, { "run", "two.lua", "-q", "--out", "b" .. repetition, "--repetition",
+      tostring(repetition) })
+    local name = ("/r%02d/population/g0002.jsonl"):format(repetition)
+    t:ok(source.read(base .. "/a" .. name) == source.read(base .. "/b" .. repetition .. name))
+  end
+  process.completes(t, base, { "run", "two.lua", "-q", "--out", "c", "--set", "supervisor=fixed" })
+  local compared = process.completes(t, base, { "compare", "a", "c" }).stdout
+  local champion = limax.robot(base .. "/c/r01/champions/g0002.json")
+  local value = champion:simulate { accuracy = "publish" }
+  local mean = (value.trials[1]:distance() + value.trials[2]:distance()) / 2
+  t:ok(compared:find(("%.4g"):format(mean), 1, true), compared)
+  process.completes(t, base, { "picture", "a", "--trial", "2", "--out", "a.svg" })
+  local refused = process.ends(base, { "picture", "a", "--trial", "3", "--out", "b.svg" })
+  t:equal(refused.status, 2)
+  t:ok(refused.stderr:find("--trial 3: .* has 2"), refused.stderr)
 end)
 
 suite:test("a wrong trial is named with its field", function(t)

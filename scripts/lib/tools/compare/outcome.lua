@@ -10,6 +10,7 @@ local folder_script = require "limax.run.folder_script"
 local folders = require "limax.tools.report.runs"
 local host = require "limax.host"
 local rescore = require "limax.evolution.rescore"
+local robot = require "limax.robot.robot"
 local robot_file = require "limax.robot.robot_file"
 local run_files = require "limax.settings.run_files"
 local scored_robot = require "limax.robot.scored_robot"
@@ -54,6 +55,16 @@ local function state_of(run)
   return text and state.decode(text)
 end
 
+-- Simulates a champion in the trials of its last generation, which its file holds.
+local function simulate_trials(run, device, values, calls)
+  local path = folders.champion(run, run.lines[#run.lines])
+  local description = run_files.about(path, robot_file.read, path)
+  description.materials = run.config.materials
+  local walked = run_files.about(path, robot.of, description):simulate { accuracy = TIER,
+    device = device }
+  if walked.status == "done" then values[run] = scoring.call(calls[run], walked, state_of(run)) end
+end
+
 -- Simulates the champions of runs with the same world in one batch.
 local function simulate(list, device, values, calls)
   local config = list[1].config
@@ -94,11 +105,14 @@ function outcome.measure(list, device, options)
     local config = run.config
     local key = host.json.encode { config.lattice, config.materials, config.scene,
       config.simulation, config.record }
-    if not by_key[key] then
-      by_key[key] = {}
+    if config.trials then
+      simulate_trials(run, device, values, calls)
+    elseif not by_key[key] then
+      by_key[key] = { run }
       groups[#groups + 1] = by_key[key]
+    else
+      table.insert(by_key[key], run)
     end
-    table.insert(by_key[key], run)
   end
   for _, group in ipairs(groups) do simulate(group, device, values, calls) end
   return values
