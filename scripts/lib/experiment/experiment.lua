@@ -8,6 +8,7 @@ local engine = require "limax.engine"
 local failure = require "limax.base.failure"
 local fault = require "limax.engine.fault"
 local host = require "limax.host"
+local island_rules = require "limax.settings.island_rules"
 local ledger = require "limax.supervise.ledger"
 local measures = require "limax.experiment.measures"
 local overrides = require "limax.experiment.overrides"
@@ -115,33 +116,6 @@ local function ranges(value, path)
   return result
 end
 
-local topology = schema.choice(defaults.topologies)
-local island_rule = with(rules_of(fields.islands), {
-  topology = function(value, path)
-    return topology(value == nil and defaults.topologies[1] or value, path)
-  end,
-})
-
--- An experiment without islands has no such field.
-local function islands(value, path)
-  if value == nil then return nil end
-  return island_rule(value, path)
-end
-
--- What is wrong with the islands of a configuration; nil if nothing.
-local function islands_problem(config)
-  local options = config.islands
-  local size = options and config.population / options.count
-  if not options then return nil end
-  if size % 1 ~= 0 or size < 2 then
-    return ("islands.count: the population of %d robots does not make %d equal islands of at least"
-      .. " 2 robots"):format(config.population, options.count)
-  elseif options.migrants >= size then
-    return ("islands.migrants: expected at most %d, one robot less than an island has, got %d")
-      :format(size - 1, options.migrants)
-  end
-end
-
 -- Robots that a repetition may simulate. No default: generations are the limit.
 local evaluations = schema.number { unit = "robots", minimum = 2, maximum = 1e9, integer = true }
 
@@ -166,7 +140,7 @@ local rules = schema.fields {
   generations = schema.number(fields.experiment.generations),
   evaluations = evaluations,
   repetitions = schema.number(fields.experiment.repetitions),
-  islands = islands,
+  islands = island_rules.check,
   breeding = with(rules_of(fields.breeding), {}),
   fitness = anything,
   selection = anything,
@@ -339,8 +313,6 @@ local function resolve(spec, origin)
     return nil, ("evaluations: expected at least one population, %d robots, got %d"):format(
       config.population, config.evaluations)
   end
-  message = islands_problem(config)
-  if message then return nil, message end
   local parts
   local read = readers(origin)
   config.materials, message = read.materials(spec.materials)
@@ -348,6 +320,7 @@ local function resolve(spec, origin)
   config.scene, message = read.scene(spec.scene == nil and defaults.scene or spec.scene)
   if message then return nil, message end
   parts, message = resolve_parts(spec)
+  message = message or island_rules.problem(config, parts.survival.name)
   if message then return nil, message end
 
   if spec.record == nil then

@@ -144,6 +144,23 @@ suite:test("an island without a scored robot begins anew from all others", funct
   end
 end)
 
+suite:test("rows of the archive may be parents on every island", function(t)
+  local rows, count = {}, 0
+  local history = finished(three { archive = { "grid", descriptors = { "contact" } },
+    survival = function(robots)
+      for _, row in ipairs(robots.archive) do rows[row.id] = true end
+      return { robots.ranked[1] }, robots.archive
+    end })
+  for i = 1, 12 do
+    local robot = history[5].population[i]
+    if robot.origin == "bred" then
+      count = count + 1
+      t:ok(rows[robot.parents[1]] and rows[robot.parents[2]], "parents in the archive")
+    end
+  end
+  t:equal(count, 6) -- on each island one robot went on and one came
+end)
+
 suite:test("islands that cannot be are refused", function(t)
   local function refused(message, fields, islands)
     t:raises(message, function() evolution.small(three(fields, islands)) end)
@@ -156,6 +173,8 @@ suite:test("islands that cannot be are refused", function(t)
   refused('islands.topology: expected one of "ring", "complete", "random", got "star"', nil,
     { topology = "star" })
   refused("islands.each: unknown", nil, { each = 2 })
+  refused('islands: the survival "map_elites" breeds all robots from one archive',
+    { survival = "map_elites", archive = { "grid", descriptors = { "contact" } } })
   local run = limax.start(evolution.small(three()), { say = evolution.silent })
   t:raises("breed: in an experiment with islands, elites and parents come from its survival",
     function() run:generations()():score():breed { elites = { 1 } } end)
