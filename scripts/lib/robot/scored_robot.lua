@@ -9,6 +9,7 @@ local drive = require "limax.settings.drive"
 local energy_balance = require "limax.robot.energy_balance"
 local engine = require "limax.engine"
 local prepared = require "limax.robot.prepared"
+local recorded = require "limax.robot.recorded"
 local robot_file = require "limax.robot.robot_file"
 local robot_trials = require "limax.robot.robot_trials"
 local schema = require "limax.engine.schema"
@@ -101,7 +102,7 @@ end
 local class = {}
 
 function class.__index(self, key)
-  if of_record[key] then return self.record[key] end
+  if of_record[key] then return recorded.field(self, key) end
   if computed[key] then return computed[key](self) end
   if made[key] then
     local value = made[key](self)

@@ -4,6 +4,7 @@
 
 local host = require "limax.host"
 local process = require "support.process"
+local source = require "limax.base.source"
 
 local suite = require("limax.test").suite "traps"
 
@@ -39,15 +40,17 @@ suite:test("robots are read-only", { limit = 60 }, function(t)
   says(t, 1, 'try.lua:5: a robot is read-only (assignment to "fitness")',
     fitness "robot.fitness = 7; return 1")
   says(t, 1, "a robot is read-only", selection "population[1].fitness = 9; return 1, 2")
-  -- a body that a script changes is its own copy
+  -- tables that a script changes are its own copies
   local folder = t:folder()
   assert(host.file.write_atomic(folder .. "/try.lua", SCRIPT:format("", fitness
-    "robot.body.count.bone = 999; robot.body.size[1] = 999; return robot:distance()",
-    "return experiment")))
+    "robot.body.count.bone = 999; robot.body.size[1] = 999; return robot:distance(), { far = 1 }"
+    .. ", " .. selection "population[1].measures.far = 999; return 1, 2", "return experiment")))
   t:equal(process.ends(folder, { "run", "try.lua" }).status, 0)
-  local file = assert(io.open(folder .. "/runs/try-1/r01/population/g0000.jsonl"))
-  t:ok(not file:read("*a"):find '"bone":999')
-  file:close()
+  for generation = 0, 2 do
+    local path = ("%s/runs/try-1/r01/population/g%04d.jsonl"):format(folder, generation)
+    local text = assert(source.read(path))
+    t:ok(not text:find '"bone":999' and not text:find '"far":999' and text:find '"far":1')
+  end
 end)
 
 suite:test("names that do not exist", { limit = 60 }, function(t)
