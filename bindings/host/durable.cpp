@@ -79,9 +79,12 @@ void write_stream(const std::string& path, std::string_view text) {
 
 }  // namespace
 
-void write_atomic(const std::string& link, std::string_view text) {
-    if (is_stream(link)) return write_stream(link, text);
-    const std::string path = target_of(link);
+void write_atomic(const std::string& path, std::string_view text) {
+    if (is_stream(path)) return write_stream(path, text);
+    replace(target_of(path), text);
+}
+
+void replace(const std::string& path, std::string_view text) {
     const std::string part = temporary_beside(path);
     const descriptor file(open_path(part, O_WRONLY | O_CREAT | O_TRUNC));
     if (!file.fine()) fail("create", path);

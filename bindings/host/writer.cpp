@@ -9,6 +9,7 @@
 #include <mutex>
 #include <new>
 #include <string>
+#include <system_error>
 #include <thread>
 
 #include "durable.h"
@@ -28,7 +29,19 @@ struct job {
 
 class writer {
 public:
-    writer() = default;
+    // Its thread blocks all signals.
+    writer() {
+        sigset_t all, before;
+        sigfillset(&all);
+        pthread_sigmask(SIG_SETMASK, &all, &before);
+        try {
+            thread_ = std::thread([this] { work(); });
+        } catch (const std::system_error& problem) {
+            pthread_sigmask(SIG_SETMASK, &before, nullptr);
+            throw failure("cannot start the thread that writes files: " + problem.code().message());
+        }
+        pthread_sigmask(SIG_SETMASK, &before, nullptr);
+    }
     // Carries out all jobs first.
     ~writer() {
         {
@@ -36,14 +49,13 @@ public:
             ends_ = true;
         }
         wake_.notify_one();
-        if (thread_.joinable()) thread_.join();
+        thread_.join();
     }
     writer(const writer&) = delete;
     writer& operator=(const writer&) = delete;
 
     // Returns the job's number.
     std::uint64_t add(job next) {
-        if (!thread_.joinable()) start();
         {
             const std::lock_guard lock(mutex_);
             jobs_.push_back(std::move(next));
@@ -69,15 +81,6 @@ public:
     std::uint64_t added() const { return added_; }
 
 private:
-    // The thread blocks all signals.
-    void start() {
-        sigset_t all, before;
-        sigfillset(&all);
-        pthread_sigmask(SIG_SETMASK, &all, &before);
-        thread_ = std::thread([this] { work(); });
-        pthread_sigmask(SIG_SETMASK, &before, nullptr);
-    }
-
     void work() {
         std::unique_lock lock(mutex_);
         const auto has_work = [&] { return !jobs_.empty() && problem_.empty(); };
@@ -88,7 +91,7 @@ private:
             lock.unlock();
             std::string problem;
             try {
-                (next.appends ? append_lines : write_atomic)(next.path, next.bytes);
+                (next.appends ? append_lines : replace)(next.path, next.bytes);
             } catch (const std::exception& found) {
                 problem = found.what();
             }

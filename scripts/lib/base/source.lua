@@ -6,6 +6,8 @@ local host = require "limax.host"
 
 local source = {}
 
+local NOT_FOUND = 2 -- the system's ENOENT
+
 local function folder_of(path) return path:match "^(.*)/[^/]*$" or "." end
 source.folder_of = folder_of
 
@@ -14,17 +16,20 @@ function source.name_of(path) return path:match "([^/]*)$" end
 --- Opens a regular file for reading; reading a pipe might wait forever.
 ---@return file*|nil
 ---@return string|nil message
+---@return boolean|nil missing is there no such file?
 function source.open(path)
   if host.file.exists(path) == "other" then return nil, path .. ": is not a regular file" end
-  return io.open(path, "rb")
+  local file, message, code = io.open(path, "rb")
+  return file, message, code == NOT_FOUND
 end
 
 --- The whole text of a regular file.
 ---@return string|nil text
 ---@return string|nil message
+---@return boolean|nil missing is there no such file?
 function source.read(path)
-  local file, message = source.open(path)
-  if not file then return nil, message end
+  local file, message, missing = source.open(path)
+  if not file then return nil, message, missing end
   local text = file:read "*a"
   file:close()
   if not text then return nil, path .. ": cannot be read" end
@@ -36,11 +41,12 @@ end
 ---@param bytes integer|nil of it; all if left out
 ---@param visit fun(line: string, at: integer) a line with its end, and the offset of its beginning
 ---@return integer bytes of whole lines
+---@return string|nil message where it could not be read to the end
 function source.each_line(file, bytes, visit)
   local at, left, rest = 0, bytes or math.huge, ""
   while left > 0 do
-    local block = file:read(math.min(left, 65536))
-    if not block then break end
+    local block, message = file:read(math.min(left, 65536))
+    if not block then return at, message end
     left, rest = left - #block, rest .. block
     local first, last = 1, rest:find("\n", 1, true)
     while last do

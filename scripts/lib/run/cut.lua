@@ -14,6 +14,8 @@ local function refuse_damage(folder, state)
   local last, remedy = verify.last_whole(state), "restore what is damaged from a copy"
   if not host.file.exists(folder.path .. "/hashes.jsonl") then
     remedy = "limax before 0.2 wrote no hashes: such a run can be read, but not continued"
+  elseif verify.is_unreadable(state) then
+    remedy = "make every file readable, then continue with: " .. shell.resume_command(folder.path)
   elseif last then
     remedy = ("everything up to generation %d is whole; go on from there with: %s --from %d")
       :format(last, shell.resume_command(folder.path), last)
@@ -30,7 +32,7 @@ local function drop_after(folder, state, from)
     if each.repetition then damaged[each.repetition] = true end
     local dropped = each.generation and each.generation > from
       or not each.generation and (each.file == "checkpoint" or each.file:find "%.jsonl")
-    if not dropped then rest[#rest + 1] = each end
+    if not dropped or each.unreadable then rest[#rest + 1] = each end
   end
   local any = next(damaged) ~= nil
   function state.keeps(at)
@@ -78,6 +80,7 @@ return function(folder, from)
   end
   folder:clean("", math.huge)
   for _, name in ipairs(host.file.list(folder.path) or {}) do
+    if name:match "^scripts" then folder:clean("/" .. name, math.huge) end
     local repetition = tonumber(name:match "^r(%d+)$")
     for _, kind in ipairs(repetition and { "/population", "/champions", "/state",
       "/archive" } or {}) do

@@ -8,6 +8,7 @@ local ffi = require "ffi"
 local cut = require "limax.run.cut"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
+local keep_former = require "limax.run.keep_former"
 local lines = require "limax.run.lines"
 local npy = require "limax.base.npy"
 local run_configuration = require "limax.run.run_configuration"
@@ -49,7 +50,10 @@ function run_folder.is_run(path) return host.file.exists(path .. "/config.json")
 local function locked(path)
   local lock, message = host.file.lock(path)
   if not lock then return nil, message end
-  local self = setmetatable({ path = path, lock = lock, writer = host.file.writer(), pending = {},
+  local writer
+  writer, message = host.file.writer()
+  if not writer then failure.raise(1, message) end
+  local self = setmetatable({ path = path, lock = lock, writer = writer, pending = {},
     jobs = {}, bytes = {}, lines = lines.new(path), scored = {} }, Folder)
   for _, name in ipairs(GROWING) do self.bytes[name] = 0 end
   return self
@@ -90,14 +94,14 @@ end
 -- Waits until everything is on disk.
 function Folder:settle() self:check(self.writer:wait()) end
 
--- Writes a file at once, after all that is still to be written.
-function Folder:write(name, text)
-  self:settle()
-  self:check(host.file.write_atomic(self.path .. "/" .. name, text))
-end
-
 function Folder:write_later(name, text, array, bytes)
   return self.writer:write(self.path .. "/" .. name, text, array, bytes)
+end
+
+-- Writes a file after all that is still to be written, and waits until it is on disk.
+function Folder:write(name, text)
+  self:write_later(name, text)
+  self:settle()
 end
 
 function Folder:make_folder(name) self:check(host.file.mkdir(self.path .. "/" .. name)) end
@@ -117,10 +121,10 @@ function Folder:status(state, message)
     state = state, message = message, repetition = at.repetition, generation = at.generation }))
 end
 
--- Scripts as they were, each under its name.
-function Folder:write_scripts(scripts)
+-- Scripts, each under its name below `place`.
+function Folder:write_scripts(place, scripts)
   for _, copy in ipairs(scripts) do
-    local name = "scripts/" .. copy.file
+    local name = place .. "/" .. copy.file
     self:make_folder(source.folder_of(name))
     self:write(name, copy.text)
   end
@@ -256,7 +260,9 @@ end
 function Folder:begin(experiment, options)
   local config, scripts = run_configuration.of(experiment, options)
   configure(self, config)
-  self:write_scripts(scripts)
+  self:clean("", math.huge)
+  self:clean("/scripts", math.huge)
+  self:write_scripts("scripts", scripts)
   for _, name in ipairs(GROWING) do self:write(name .. ".jsonl", "") end
   self:status "running"
   -- last: a folder with a configuration is a run
@@ -283,6 +289,11 @@ function run_folder.open(path)
       .. " Restore it; fields are changed by: %s --changed --set FIELD=VALUE"):format(path,
       shell.resume_command(path)))
   end
+  local link = verify.link(path)
+  if link then
+    failure.raise(1, link .. " is a link: a run is not continued through links to other places;"
+      .. " replace the link by a copy of what it refers to")
+  end
   local self, message = locked(path)
   if not self then failure.raise(1, message) end
   configure(self, config)
@@ -304,24 +315,17 @@ function Folder:clean(below, last)
 end
 
 --- Removes everything after the last complete generation. Where configuration or scripts changed,
---- the former ones are kept as config-N.json and scripts-N.
+--- the former ones are kept. The new configuration comes last: it makes the change.
 ---@param config table the current configuration
 ---@param scripts table[] the current scripts
 ---@param changed boolean
 ---@param from? integer the last generation to keep
 function Folder:continue(config, scripts, changed, from)
   cut(self, from)
-  local before = self.config
+  if changed then keep_former(self, sealed_json(self.config)) end
   configure(self, config)
-  if not changed then return end
-  local n = 1
-  while host.file.exists(("%s/config-%d.json"):format(self.path, n)) do n = n + 1 end
-  self:write(("config-%d.json"):format(n), sealed_json(before))
-  if host.file.exists(self.path .. "/scripts") then
-    self:check(host.file.rename(self.path .. "/scripts", ("%s/scripts-%d"):format(self.path, n)))
-  end
-  self:write_scripts(scripts)
-  self:write("config.json", sealed_json(config))
+  self:write_scripts("scripts", scripts)
+  if changed then self:write("config.json", sealed_json(config)) end
 end
 
 --- Finds the generations that a folder holds.

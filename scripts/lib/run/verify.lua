@@ -27,6 +27,7 @@ end
 ---@field reason string
 ---@field repetition integer|nil that it belongs to
 ---@field generation integer|nil
+---@field unreadable boolean|nil is it there, but could not be read?
 
 ---@class limax.run.row a generation that the folder should hold
 ---@field repetition integer
@@ -42,24 +43,41 @@ end
 ---@field rows limax.run.row[]
 ---@field offsets table<string, integer[]> of each row's whole line in each growing file
 
+-- Adds a file that is missing, or could not be read and may be whole.
+local function add_unread(state, damage, file, message, missing)
+  damage.file, damage.unreadable = file, not missing
+  damage.reason = missing and "is missing"
+    or ("could not be read (%s)"):format(message:match "([^:]*)$":gsub("^ ", ""))
+  table.insert(state.damage, damage)
+end
+
+-- The text of a file; nil where it cannot be read, which is then added as this damage. Without one
+-- the file may be missing.
+local function read(state, path, file, damage)
+  local text, message, missing = source.read(path .. "/" .. file)
+  if not text and (damage or not missing) then
+    add_unread(state, damage or {}, file, message, missing)
+  end
+  return text
+end
+
 -- Calls `visit(text, at)` for each line of a growing file up to the checkpoint.
 local function each_line(state, path, name, visit)
   local file = name .. ".jsonl"
   local bytes = state.checkpoint and state.checkpoint.bytes[name]
-  local opened = source.open(path .. "/" .. file)
-  if not opened then
-    table.insert(state.damage, { file = file, reason = "is missing" })
-    return
-  end
+  local opened, message, missing = source.open(path .. "/" .. file)
+  if not opened then return add_unread(state, {}, file, message, missing) end
   local size = opened:seek "end"
   opened:seek "set"
   if bytes and size < bytes then
     table.insert(state.damage, { file = file,
       reason = ("has only %d of %d bytes"):format(size, bytes) })
   end
-  local whole = source.each_line(opened, bytes, visit)
+  local whole, broken = source.each_line(opened, bytes, visit)
   opened:close()
-  if bytes and whole < math.min(bytes, size) then
+  if broken then
+    add_unread(state, {}, file, broken)
+  elseif bytes and whole < math.min(bytes, size) then
     table.insert(state.damage, { file = file, reason = "does not consist of whole lines" })
   end
 end
@@ -68,10 +86,11 @@ local function check_files(state, path, hashes)
   local repetition, generation = hashes.repetition, hashes.generation
   for name, place in pairs(verify.FILES) do
     local file = verify.place(repetition, place[1], generation, place[2])
-    local text = hashes[name] and source.read(path .. "/" .. file)
-    if hashes[name] and not text or text and host.xxh3(text) ~= hashes[name] then
+    local text = hashes[name]
+      and read(state, path, file, { repetition = repetition, generation = generation })
+    if text and host.xxh3(text) ~= hashes[name] then
       table.insert(state.damage, { file = file, repetition = repetition, generation = generation,
-        reason = text and "does not match its hash" or "is missing" })
+        reason = "does not match its hash" })
     end
   end
 end
@@ -136,7 +155,7 @@ end
 
 -- A sealed file; returns its object.
 local function check_sealed(state, path, file)
-  local text = source.read(path .. "/" .. file)
+  local text = read(state, path, file)
   if not text then return nil end
   local value, reason = sealed.open(text)
   if not value then table.insert(state.damage, { file = file, reason = reason }) end
@@ -161,8 +180,12 @@ local function check_scripts(state, path, config)
 end
 
 local function check_transcript(state, path)
-  local file, k = source.open(path .. "/transcript.jsonl"), 0
-  if not file then return end
+  local file, message, missing = source.open(path .. "/transcript.jsonl")
+  local k = 0
+  if not file then
+    if not missing then add_unread(state, {}, "transcript.jsonl", message) end
+    return
+  end
   source.each_line(file, nil, function(text)
     k = k + 1
     local line, reason = sealed.open(text)
@@ -194,7 +217,9 @@ function verify.folder(path)
   read_rows(state, path)
   if not host.file.exists(path .. "/checkpoint") then
     -- a run that was killed before its first checkpoint has no more than one line
-    if #state.rows < 2 then return { damage = {}, rows = {}, offsets = {} } end
+    if #state.rows < 2 and not verify.is_unreadable(state) then
+      return { damage = {}, rows = {}, offsets = {} }
+    end
     table.insert(state.damage, { file = "checkpoint", reason = "is missing" })
   end
   for _, name in ipairs(verify.GROWING) do
@@ -203,12 +228,31 @@ function verify.folder(path)
   return state
 end
 
+--- Is there a file that could not be read? It may be whole.
+---@param state limax.run.state
+function verify.is_unreadable(state)
+  for _, each in ipairs(state.damage) do
+    if each.unreadable then return true end
+  end
+  return false
+end
+
+--- The first file of a run folder that is a symbolic link: a write would change another file, and
+--- the folder may come from somebody else. A repetition may be stored elsewhere.
+---@return string|nil path
+function verify.link(path)
+  for _, name in ipairs(host.file.list(path) or {}) do
+    local file = path .. "/" .. name
+    if not name:match "^r%d+$" and host.file.exists(file, true) == "other" then return file end
+  end
+end
+
 --- Was the configuration of a folder changed by something else than limax? It would be taken for
 --- that of another experiment. Folders of limax before 0.2 have no hashes.
 ---@param path string
 function verify.is_edited(path)
   return host.file.exists(path .. "/hashes.jsonl") ~= nil
-    and not sealed.open(source.read(path .. "/config.json"))
+    and not sealed.open(source.read(path .. "/config.json") or "")
 end
 
 --- What is not there any longer of a run that has ended; nil where everything is there. Looks at
@@ -219,7 +263,8 @@ end
 function verify.missing(path, bytes)
   local message
   for _, name in ipairs(verify.GROWING) do
-    local file = source.open(("%s/%s.jsonl"):format(path, name))
+    local file, problem, missing = source.open(("%s/%s.jsonl"):format(path, name))
+    if not file and not missing then return problem end
     local size = file and file:seek "end" or 0
     if size ~= bytes[name] then
       message = ("%s/%s.jsonl has %d bytes, and %d were written: something else changed it while"

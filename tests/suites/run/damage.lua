@@ -92,6 +92,19 @@ suite:test("is refused with nothing changed, and the run goes on from what is wh
     t:ok(listed.status == 0 and listed.stdout:find "10 generations, undamaged", listed.stdout)
   end)
 
+suite:test("a file that cannot be read is not taken for a damaged one", function(t)
+  local folder = make(t)
+  local path = folder .. "/r/r02/population/g0001.npy"
+  t:ok(host.file.remove(path) and host.file.mkdir(path))
+  for _, extra in ipairs { {}, { "--from", "0" } } do
+    local refused = process.ends(folder, { "run", "--resume", "r", "-q", unpack(extra) })
+    t:equal({ refused.status, refused.stderr }, { 1, "limax: r is damaged:\n"
+      .. "  r02/population/g0001.npy could not be read (cannot be read)\n"
+      .. "make every file readable, then continue with: " .. host.executable
+      .. " run --resume r\n" })
+  end
+end)
+
 suite:test("a generation that cannot be kept is refused", function(t)
   local folder = make(t)
   local refused = process.ends(folder, { "run", "--resume", "r", "--from", "9" })
@@ -115,6 +128,21 @@ suite:test("a changed fitness that was interrupted never mixes with the old scor
       if value.generation > 4 then t:ok(value.best < 1e-5, line) end
     end
   end)
+
+suite:test("a change that a full disk interrupts leaves a run that goes on", function(t)
+  local folder = make(t)
+  local former = source.read(folder .. "/tiny.lua")
+  write(folder .. "/tiny.lua", former .. "-- " .. ("x"):rep(2e6) .. "\n")
+  local words = { "run", "--resume", "r", "-q", "--changed" }
+  local failed = process.ends(folder, words, { before = "ulimit -f 2000;" })
+  t:ok(failed.stderr:find("cannot write r/scripts/tiny.lua: File too large", 1, true),
+    failed.stderr)
+  process.completes(t, folder, { "list", "--check", "r" })
+  process.completes(t, folder, words)
+  t:ok(source.read(folder .. "/r/scripts-1/tiny.lua") == former)
+  t:ok(not host.file.exists(folder .. "/r/config-2.json"))
+  process.completes(t, folder, { "list", "--check", "r" })
+end)
 
 suite:test("a file that is removed while the run goes on fails the run", function(t)
   local folder = t:folder()

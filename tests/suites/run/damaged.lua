@@ -52,7 +52,7 @@ suite:test("a pipe in a folder is named, and does not stop limax list", { limit 
   t:equal({ done.status, done.stderr }, { 1, "limax: bad2/STATUS: is not a regular file\n" })
 end)
 
-suite:test("a resume removes nothing behind a link", { limit = 20 }, function(t)
+suite:test("a resume changes nothing behind a link", { limit = 20 }, function(t)
   local base = t:folder()
   assert(host.file.write_atomic(base .. "/tiny.lua", SCRIPT))
   process.completes(t, base, { "run", "tiny.lua", "--out", "r", "-q", "--device", "cpu" })
@@ -62,6 +62,19 @@ suite:test("a resume removes nothing behind a link", { limit = 20 }, function(t)
   assert(host.file.write_atomic(kept, "kept"))
   process.completes(t, base, { "run", "--resume", "r", "-q", "--device", "cpu" })
   t:equal(host.file.exists(kept), "file")
+  -- nor does it write there
+  local more = { "run", "--resume", "r", "-q", "--changed", "--set", "generations=4" }
+  shell("ln -s ../../kept %s/elsewhere/population/g0003.npy && echo kept >%s/kept", base, base)
+  shell("rm %s/r/scripts/tiny.lua && ln -s ../../tiny.lua %s/r/scripts/", base, base)
+  shell("ln %s/tiny.lua %s/script", base, base)
+  process.completes(t, base, more)
+  shell("rm %s/r/STATUS && ln -s ../kept %s/r/STATUS", base, base)
+  local refused = process.ends(base, more)
+  t:equal(refused.status, 1)
+  t:ok(refused.stderr:find("r/STATUS is a link: a run is not continued", 1, true), refused.stderr)
+  t:equal(source.read(base .. "/kept"), "kept\n")
+  -- the name still refers to the same file
+  shell("test %s/tiny.lua -ef %s/script", base, base)
 end)
 
 return suite
