@@ -261,9 +261,13 @@ end
 --- Runs the command.
 function command.run(arguments)
   if arguments.scene then
-    local facts = scene_report.gather(arguments.scene, engine.device "auto")
-    output.write(arguments.json and host.json.encode(facts, { indent = 2 })
-      or table.concat(scene_report.lines(facts), "\n"), "\n")
+    local list = scene_report.gather(arguments.scene, engine.device "auto")
+    local json = arguments.json
+      and host.json.encode(list[2] and list or list[1], { indent = 2 }) .. "\n"
+    for k, facts in ipairs(json and {} or list) do
+      output.write(k > 1 and "\n" or "", table.concat(scene_report.lines(facts), "\n"), "\n")
+    end
+    output.write(json or "")
     return 0
   end
   local facts = gather(arguments.llm)

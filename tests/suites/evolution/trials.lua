@@ -168,7 +168,7 @@ suite:test("scores again, and under the first materials, are of all trials", fun
   end
 end)
 
-suite:test("limax run, compare and picture know trials", function(t)
+suite:test("the commands show every trial", { limit = 30 }, function(t)
   local base = t:folder()
   assert(host.file.write_atomic(base .. "/two.lua", [[
 local limax = require "limax"
@@ -191,6 +191,12 @@ return limax.experiment { name = "two", lattice = { 2, 2, 2 }, population = 6, g
   local value = champion:simulate { accuracy = "publish" }
   local mean = (value.trials[1]:distance() + value.trials[2]:distance()) / 2
   t:ok(compared:find(("%.4g"):format(mean), 1, true), compared)
+  process.completes(t, base, { "report", "a" })
+  local page = source.read(base .. "/a/report.html")
+  t:ok(page:find("generation 2, trial 1", 1, true) and page:find("generation 2, trial 2", 1, true))
+  local shown = process.completes(t, base, { "doctor", "--scene", "two.lua" }).stdout
+  t:ok(shown:find "trial 1\n.* friction .*trial 2\n", shown)
+  t:ok(not shown:find "trial 2\n.* friction ", shown)
   process.completes(t, base, { "picture", "a", "--trial", "2", "--out", "a.svg" })
   local refused = process.ends(base, { "picture", "a", "--trial", "3", "--out", "b.svg" })
   t:equal(refused.status, 2)

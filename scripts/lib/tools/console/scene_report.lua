@@ -90,17 +90,9 @@ local function measure(config, infos, names)
   return result
 end
 
---- Facts about the scene of an experiment's file. An effect's cost is the share of a step that is
---- saved without it and without the effects that need it.
----@param file string
----@return table facts `effects`, a list of { name, fields, cost }; `springs`, their share; `step`,
---- s; `noise`, the relative difference of two measurements; `runs`, from simulation:describe()
-function scene_report.gather(file, device)
-  local found = script.run(file)
-  if not experiment.is(found) then
-    failure.raise(2, ("%s returns no experiment"):format(file))
-  end
-  local config, infos, names = found.config, engine.effects(), {}
+-- The facts about one scene, that of `config`.
+local function facts_of(file, config, device)
+  local infos, names = engine.effects(), {}
   for _, info in ipairs(infos) do
     if config.scene[info.name] then names[#names + 1] = info.name end
   end
@@ -119,6 +111,27 @@ function scene_report.gather(file, device)
   facts.runs = scene_report.simulation(config, config.scene, device,
     settings.engine_options(config.simulation, config.record)):describe()
   return facts
+end
+
+--- Facts about the scene of an experiment's file, or the scenes of its trials. An effect's cost is
+--- the share of a step that is saved without it and without the effects that need it.
+---@param file string
+---@return table[] facts of each trial: `effects`, a list of { name, fields, cost }; `springs`,
+--- their share; `step`, s; `noise`, the relative difference of two measurements; `runs`, from
+--- simulation:describe(); `trial`, its number, where the experiment has trials
+function scene_report.gather(file, device)
+  local found = script.run(file)
+  if not experiment.is(found) then
+    failure.raise(2, ("%s returns no experiment"):format(file))
+  end
+  local list, config = {}, found.config
+  for k, trial in ipairs(found.trials:of(1)(0)) do
+    local own = trial.engine_materials and trial.engine_materials:table()
+    list[k] = facts_of(file, { lattice = config.lattice, materials = own or config.materials,
+      scene = trial.scene, simulation = trial.simulation, record = trial.options.record }, device)
+    list[k].trial = config.trials and k
+  end
+  return list
 end
 
 -- A value on one line; of a table of heights its size.
@@ -151,7 +164,8 @@ function scene_report.lines(facts)
   local runs, infos, lines = facts.runs, {}, {}
   local function line(...) lines[#lines + 1] = (...):format(select(2, ...)) end
   for _, info in ipairs(engine.effects()) do infos[info.name] = info end
-  line("%s: a body of all %s voxels", facts.file, table.concat(facts.lattice, "x"))
+  line("%s: a body of all %s voxels%s", facts.file, table.concat(facts.lattice, "x"),
+    facts.trial and (", trial %d"):format(facts.trial) or "")
   if runs.passes then
     line("runs on the CPU, passes for %s", runs.passes)
   else

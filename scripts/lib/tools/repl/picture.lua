@@ -19,7 +19,7 @@ local STILL = 800 -- px, the width of one pose
 
 local of_pose = schema.fields { open = schema.any, title = schema.any }
 local of_walk = schema.fields { device = schema.any, duration = schema.any, open = schema.any,
-  scene = schema.any, title = schema.any }
+  scene = schema.any, title = schema.any, trial = schema.any }
 
 -- The first free name in this folder.
 local function free_name()
@@ -56,8 +56,8 @@ end
 --- viewer.
 ---@param robot limax.robot|limax.scored_robot|limax.robot_in_motion
 ---@param file? string the first free name of picture-1.svg, picture-2.svg, ... if absent
----@param options? { duration?: number, scene?: table, device?: string, title?: string,
---- open?: boolean } s
+---@param options? { duration?: number, scene?: table, trial?: integer, device?: string,
+--- title?: string, open?: boolean } s
 ---@return string path
 function picture.picture(robot, file, options)
   local moving = kind.of(robot) == "limax.robot_in_motion"

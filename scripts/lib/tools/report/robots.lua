@@ -16,6 +16,8 @@ local robots = {}
 
 -- More than these do not fit side by side.
 local MOST = 4
+-- Trials that are shown of each robot.
+local MOST_TRIALS = 4
 
 -- The files of three.js, in the order in which they run.
 local FILES = { "three.min.js", "OrbitControls.js" }
@@ -77,19 +79,19 @@ local function distinct(picks)
   return groups
 end
 
---- The champions that a report shows, simulated again; equal ones are shown once. Those that cannot
---- be simulated are left out, and `say` gets the reason.
----@return limax.report.shown[]
-function robots.simulate(list, options)
-  local shown = {}
-  for _, picks in ipairs(distinct(chosen(list))) do
-    local run, line, name = picks[1].run, picks[1].line, name_of(picks)
-    local fine, walked, why, walker = failure.attempt(function()
-      local read = robot(runs.champion(run, line))
-      local simulated, reason = motion.simulate(read, { device = options.device })
-      return simulated, reason, read
-    end)
-    if not fine then walked, why = nil, failure.bare(walked) end
+-- Adds a champion, once for each of its trials.
+local function add(shown, picks, options)
+  local run, line = picks[1].run, picks[1].line
+  local fine, walker = failure.attempt(robot, runs.champion(run, line))
+  local trials = fine and walker.description.trials
+  for k = 1, trials and math.min(#trials, MOST_TRIALS) or 1 do
+    local walked, why = nil, not fine and failure.bare(walker)
+    local name = name_of(picks) .. (trials and (", trial %d"):format(k) or "")
+    if fine then
+      fine, walked, why = failure.attempt(motion.simulate, walker,
+        { device = options.device, trial = trials and k })
+      if not fine then walked, why = nil, failure.bare(walked) end
+    end
     if walked then
       shown[#shown + 1] = { name = name, score = runs.score_text(run, line), walked = walked,
         description = walker.description }
@@ -97,6 +99,14 @@ function robots.simulate(list, options)
       options.say(("%s is not shown: %s"):format(name, why))
     end
   end
+end
+
+--- The champions that a report shows, simulated again; equal ones are shown once. Those that cannot
+--- be simulated are left out, and `say` gets the reason.
+---@return limax.report.shown[]
+function robots.simulate(list, options)
+  local shown = {}
+  for _, picks in ipairs(distinct(chosen(list))) do add(shown, picks, options) end
   return shown
 end
 
