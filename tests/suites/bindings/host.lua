@@ -34,7 +34,7 @@ suite:test("a wrong LIMAX_THREADS is a usage error", function(t)
   process.write(folder .. "/s.lua", "local limax = require 'limax'\n"
     .. "limax.robot { voxels = 'ec' }:simulate { duration = 0.1 }")
   process.write(folder .. "/t.lua",
-    "require('limax.test').suite('s'):test('passes', function() end)")
+    "require('limax.test').suite('s'):test('passes', function(t) t:ok(true) end)")
   for _, words in ipairs { { "e.lua" }, { "s.lua" }, { "doctor" }, { "test", "t.lua" },
     { "bench", "throughput" } } do
     local status, output = process.run(folder, words, "LIMAX_THREADS=abc")
