@@ -15,10 +15,15 @@ int next(lua_State* L) {
     return 1;
 }
 
-// Upvalues: LuaJIT's pairs, LuaJIT's next, and the next above.
+// Upvalues: LuaJIT's pairs, LuaJIT's next, and the next above. LuaJIT's own calls `__pairs` of
+// cdata only.
 int pairs(lua_State* L) {
     if (luaL_getmetafield(L, 1, "__pairs") == 0) {
         luaL_checktype(L, 1, LUA_TTABLE);
+    } else if (lua_istable(L, 1)) {
+        lua_pushvalue(L, 1);
+        lua_call(L, 1, 3);
+        return 3;
     } else {
         lua_pop(L, 1);
     }

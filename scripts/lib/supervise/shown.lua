@@ -38,6 +38,21 @@ function View:__index(key)
   return value
 end
 
+function View:__pairs()
+  local names, k = {}, 0
+  for name in pairs(KNOWN) do names[#names + 1] = name end
+  for name in pairs(rawget(self, ENTRY)) do
+    if not KNOWN[name] then names[#names + 1] = name end
+  end
+  table.sort(names)
+  local function next_field()
+    k = k + 1
+    if names[k] and self[names[k]] == nil then return next_field() end
+    return names[k], names[k] and self[names[k]]
+  end
+  return next_field
+end
+
 -- `history.best` instead of `history[#history].best`
 local List = { __index = function(_, key)
   if type(key) == "number" then return nil end

@@ -72,6 +72,10 @@ suite:test("what a script may not change", { limit = 60 }, function(t)
     p.mutation_rate = 0.9
     assert(history[#history].parameters.mutation_rate < 0.9)
     return p]])
+  says(t, 0, "reason: best best_standard champion coarse", supervisor [[
+    local names = {}
+    for name, value in pairs(history[#history]) do names[#names + 1] = value and name end
+    error("reason: " .. table.concat(names, " "))]])
   says(t, 1, "the supervisor of generation 0 changed the population's list of robots", supervisor
     "table.sort(history[#history].population, function(a, b) return a.id > b.id end)")
   says(t, 1, "the selection of generation 0 changed population.ranked",
