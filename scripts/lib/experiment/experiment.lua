@@ -362,8 +362,7 @@ local function resolve(spec, origin)
   return setmetatable({ [FIELDS] = { config = config, spec = spec, origin = origin, notes = notes,
     fitness = parts.fitness, selection = parts.selection, supervisor = parts.supervisor,
     survival = parts.survival, archive = parts.archive, measured = parts.measured,
-    state = parts.state, encoding = encoding, variation = steps,
-    trials = parts.trials,
+    state = parts.state, encoding = encoding, variation = steps, trials = parts.trials,
     scripts = source.scripts(origin, spec, named_scripts(spec, base)) } }, Experiment)
 end
 
@@ -393,50 +392,14 @@ end
 ---@return boolean
 function experiment.is(value) return getmetatable(value) == Experiment end
 
--- Adds the lists of the effects that a scene lacks.
-local function add_effects(scene)
-  for _, effect in ipairs(engine.effects()) do
-    local own = scene[effect.name] or {}
-    scene[effect.name] = own
-    for _, field in ipairs(effect.fields) do
-      -- the first of an effect that a scene may have several times
-      local first = type(own[1]) == "table" and own[1][field.name]
-      if field.components > 1 then own[field.name] = own[field.name] or first or field.value end
-    end
-  end
-end
-
--- The resolved values, with defaults for effects that a scene lacks: an override may change one
--- number of a list.
-local function resolved_lists(config)
-  local lists = source.copy(config)
-  for _, trial in ipairs(lists.trials or {}) do
-    trial.scene = trial.scene or source.copy(lists.scene)
-    add_effects(trial.scene)
-  end
-  add_effects(lists.scene)
-  local allowed = lists.supervision.ranges or {}
-  lists.supervision.ranges = allowed
-  for _, limit in ipairs(ledger.limits(config.population)) do
-    allowed[limit.field] = allowed[limit.field] or { limit.minimum, limit.maximum }
-  end
-  return lists
-end
-
 --- The same experiment with fields changed by `path=value` texts, checked again as a whole.
 ---@param changes string[]
 ---@return limax.experiment
 function Experiment:override(changes)
   if #changes == 0 then return self end
   local spec = source.copy(self.spec)
-  -- fields whose default is a table: an override changes a part of it
-  local whole = { scene = defaults.scene, record = defaults.record, selection = defaults.selection,
-    supervisor = defaults.supervisor }
-  for name, value in pairs(whole) do
-    if spec[name] == nil then spec[name] = source.copy(value) end
-  end
   local applied, message = overrides.apply(spec, changes,
-    { resolved = resolved_lists(self.config), materials = readers(self.origin).materials })
+    { config = self.config, materials = readers(self.origin).materials })
   local result
   if applied then result, message = resolve(spec, self.origin) end
   if not result then failure.raise(2, message .. overrides.hint(changes)) end

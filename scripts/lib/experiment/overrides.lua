@@ -4,7 +4,10 @@
 --- parse, else text.
 
 local choice = require "limax.base.choice"
+local defaults = require "limax.settings.defaults"
+local engine = require "limax.engine"
 local host = require "limax.host"
+local ledger = require "limax.supervise.ledger"
 local schema = require "limax.engine.schema"
 local source = require "limax.base.source"
 local suggest = require "limax.engine.suggest"
@@ -126,8 +129,41 @@ local function prepared(spec, path, context)
   return whole
 end
 
+-- Adds the lists of the effects that a scene lacks.
+local function add_effects(scene)
+  for _, effect in ipairs(engine.effects()) do
+    local own = scene[effect.name] or {}
+    scene[effect.name] = own
+    for _, field in ipairs(effect.fields) do
+      -- the first of an effect that a scene may have several times
+      local first = type(own[1]) == "table" and own[1][field.name]
+      if field.components > 1 then own[field.name] = own[field.name] or first or field.value end
+    end
+  end
+end
+
+-- The resolved values, with defaults for effects that a scene lacks: an override may change one
+-- number of a list.
+local function resolved_lists(config)
+  local lists = source.copy(config)
+  for _, trial in ipairs(lists.trials or {}) do
+    trial.scene = trial.scene or source.copy(lists.scene)
+    add_effects(trial.scene)
+  end
+  add_effects(lists.scene)
+  local allowed = lists.supervision.ranges or {}
+  lists.supervision.ranges = allowed
+  for _, limit in ipairs(ledger.limits(config.population)) do
+    allowed[limit.field] = allowed[limit.field] or { limit.minimum, limit.maximum }
+  end
+  return lists
+end
+
+-- Fields whose default is a table: an override changes a part of it.
+local WHOLE = { "scene", "record", "selection", "supervisor" }
+
 ---@class overrides.context
----@field resolved table the values that absent fields have, for the lists among them
+---@field config table the resolved configuration, for the values of absent fields
 ---@field materials fun(spec: any): table|nil, string|nil reads a table of materials that is named
 
 --- Applies overrides to a table in place, in their order.
@@ -137,10 +173,14 @@ end
 ---@return true|nil
 ---@return string|nil message
 function overrides.apply(spec, texts, context)
+  for _, name in ipairs(WHOLE) do
+    if spec[name] == nil then spec[name] = source.copy(defaults[name]) end
+  end
+  local lists = resolved_lists(context.config)
   for _, text in ipairs(texts) do
     local path, value = parse(text)
     if not path then return nil, value end
-    local holder, resolved, message = spec, context.resolved
+    local holder, resolved, message = spec, lists
     path, message = prepared(spec, path, context)
     if not path then return nil, ("--set %s: %s"):format(text, message) end
     for i = 1, #path - 1 do
