@@ -125,6 +125,35 @@ suite:test("the engine's operators on all rows are what it does by itself", func
   end }, run {})
 end)
 
+suite:test("functions of an encoding make the first genes and vary them", function(t)
+  local function filled(value)
+    return function(robots)
+      for _, i in ipairs(robots.rows) do
+        local genes, random = robots:genes(i), robots:random(i):uniform()
+        for g = 1, #genes do genes[g] = value + random end
+      end
+    end
+  end
+  local mine = { genes = own.genes, express = own.express, initialize = filled(10),
+    cross = function(robots)
+      for _, i in ipairs(robots.rows) do
+        local first, second = robots:parents(i)
+        robots:genes(i)[1] = first[1] + second[1]
+      end
+    end, mutate = function() end }
+  local history = finished { genome = { encoding = mine, require_muscle = false }, generations = 2 }
+  local before, robots = history[1].population, history[2].population
+  t:ok(before[1].genome[3] > 10 and before[1].genome[3] < 11)
+  t:ok(before[1].genome[3] ~= before[2].genome[3])
+  for i = 1, #robots do
+    if robots[i].origin == "bred" then
+      local pair = robots[i].parents
+      t:near(robots[i].genome[1], before[pair[1]].genome[1] + before[pair[2]].genome[1],
+        { rtol = 1e-6 })
+    end
+  end
+end)
+
 suite:test("self_adaptive: step sizes are inherited and change", function(t)
   local history = finished { genome = { mutation = "self_adaptive" }, generations = 4 }
   local sizes = {}
