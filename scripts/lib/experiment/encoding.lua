@@ -93,6 +93,10 @@ function encoding.get(spec, shape)
     voxels = shape.lattice[1] * shape.lattice[2] * shape.lattice[3],
     get = function(inner) return encoding.get(inner, shape) end }
   if type(spec) == "table" and spec[1] == nil then return own(spec, context) end
+  if type(spec) == "function" then
+    engine.fail("genome.encoding: expected a name or a table, got a function; write "
+      .. "{ genes = n, express = function(robots) ... end }")
+  end
   local name, options = choice.read("genome.encoding", spec, encoding.entries)
   local definition = encoding.entries[name].make(options, context)
   definition.name = name

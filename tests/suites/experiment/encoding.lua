@@ -172,6 +172,8 @@ suite:test("a wrong encoding or variation is refused with place and remedy", fun
     t:raises(message, function() small { genome = genome } end)
   end
   refused('genome.encoding: unknown name "cpn"; did you mean "cppn"', { encoding = "cpn" })
+  refused("genome.encoding: expected a name or a table, got a function",
+    { encoding = own.express })
   refused("genome.encoding.express: ", { encoding = { genes = 3 } })
   refused("genome.encoding.genes: ", { encoding = { express = own.express } })
   refused("genome.encoding.genes: its result: ",
