@@ -10,6 +10,7 @@ local runs = require "limax.tools.report.runs"
 local sheet = require "limax.draw.sheet"
 local shell = require "limax.base.shell"
 local source = require "limax.base.source"
+local verify = require "limax.run.verify"
 local view = require "limax.draw.picture.view"
 
 local command = {
@@ -61,6 +62,7 @@ local function file_of(word)
     return word
   end
   local folder = runs.read(word)
+  output.warn(verify.warning(word) or "")
   if #folder.runs == 0 then failure.raise(1, word .. ": no generation has been scored yet") end
   local leading = runs.leading(folder.runs)
   return runs.champion(leading, leading.lines[#leading.lines])

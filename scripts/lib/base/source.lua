@@ -18,7 +18,8 @@ function source.name_of(path) return path:match "([^/]*)$" end
 ---@return string|nil message
 ---@return boolean|nil missing is there no such file?
 function source.open(path)
-  if host.file.exists(path) == "other" then return nil, path .. ": is not a regular file" end
+  local kind = host.file.exists(path)
+  if kind and kind ~= "file" then return nil, path .. ": is not a regular file" end
   local file, message, code = io.open(path, "rb")
   return file, message, code == NOT_FOUND
 end

@@ -107,8 +107,14 @@ local function read_rows(state, path)
       table.insert(state.damage, { file = file, reason = reason,
         repetition = before and before.repetition, generation = before and before.generation + 1 })
     else
-      last[hashes.repetition] = last[hashes.repetition] or {}
-      table.insert(last[hashes.repetition], hashes.generation)
+      local expected = (last[hashes.repetition] or -1) + 1
+      if hashes.generation ~= expected then
+        table.insert(state.damage, { file = file, repetition = hashes.repetition,
+          generation = math.min(expected, hashes.generation),
+          reason = ("is of generation %d, and %d was expected"):format(hashes.generation,
+            expected) })
+      end
+      last[hashes.repetition] = hashes.generation
       check_files(state, path, hashes)
       table.insert(state.rows, { repetition = hashes.repetition, generation = hashes.generation,
         scored_by = hashes.scored_by, metrics = hashes.metrics, ledger = hashes.ledger,
@@ -116,19 +122,10 @@ local function read_rows(state, path)
       state.offsets.hashes[#state.rows] = at
     end
   end)
-  for repetition, generations in pairs(last) do
-    table.sort(generations)
-    for place, generation in ipairs(generations) do
-      if generation ~= place - 1 then
-        table.insert(state.damage, { file = "hashes.jsonl", reason = "a line is missing",
-          repetition = repetition, generation = place - 1 })
-        break
-      end
-    end
-  end
 end
 
--- Finds each row's line in a growing file, in any order: the files are sorted at a run's end.
+-- Finds each row's line in a growing file. The lines of one repetition are in order; those of
+-- several are sorted only at the end of a run.
 local function match_lines(state, path, name)
   local place_of, offsets, strange, number = {}, state.offsets[name], {}, 0
   for k, row in ipairs(state.rows) do place_of[row[name]] = k end
@@ -137,8 +134,14 @@ local function match_lines(state, path, name)
     number = number + 1
     if k then offsets[k] = at else strange[#strange + 1] = number end
   end)
-  local missing = false
+  local missing, last = false, {}
   for k, row in ipairs(state.rows) do
+    if offsets[k] and offsets[k] < (last[row.repetition] or 0) then
+      table.insert(state.damage, { file = name .. ".jsonl", reason = ("has the line of generation"
+        .. " %d of repetition %d in the wrong place"):format(row.generation, row.repetition),
+        repetition = row.repetition, generation = row.generation - 1 })
+    end
+    last[row.repetition] = offsets[k] or last[row.repetition]
     if not offsets[k] then
       missing = true
       table.insert(state.damage, { file = name .. ".jsonl", reason = ("has no undamaged line of"
@@ -162,21 +165,36 @@ local function check_sealed(state, path, file)
   return value
 end
 
--- Every script of a configuration must be there, here or, where it changed, with earlier versions.
-local function check_scripts(state, path, config)
+-- Every script of a configuration must be in one of these folders.
+local function check_scripts(state, path, config, ...)
   for _, script in ipairs(config and config.run.scripts or {}) do
-    local folder, n, found = "scripts", 0, false
-    while not found and host.file.exists(path .. "/" .. folder) do
+    local found = false
+    for _, folder in ipairs { ... } do
       local text = source.read(("%s/%s/%s"):format(path, folder, script.file))
-      found = text and host.sha256(text) == script.sha256
-      n = n + 1
-      folder = "scripts-" .. n
+      found = found or text and host.sha256(text) == script.sha256
     end
     if not found then
-      table.insert(state.damage, { file = "scripts/" .. script.file,
+      table.insert(state.damage, { file = ("%s/%s"):format(..., script.file),
         reason = "is missing or does not match its SHA-256 in the configuration" })
     end
   end
+end
+
+-- The configuration, those before it, and the scripts of each.
+local function check_configurations(state, path)
+  local last
+  for n = 1, math.huge do
+    local file = ("config-%d.json"):format(n)
+    if not host.file.exists(path .. "/" .. file) then break end
+    check_scripts(state, path, check_sealed(state, path, file), "scripts-" .. n)
+    last = n
+  end
+  -- a process that is killed while it changes the run has kept its configuration already, and may
+  -- have replaced scripts
+  local is_kept = last and source.read(path .. "/config.json")
+    == source.read(("%s/config-%d.json"):format(path, last))
+  check_scripts(state, path, check_sealed(state, path, "config.json"), "scripts",
+    is_kept and "scripts-" .. last or nil)
 end
 
 local function check_transcript(state, path)
@@ -205,12 +223,7 @@ end
 function verify.folder(path)
   local state = { damage = {}, rows = {}, offsets = {} }
   for _, name in ipairs(verify.GROWING) do state.offsets[name] = {} end
-  check_scripts(state, path, check_sealed(state, path, "config.json"))
-  for n = 1, math.huge do
-    local file = ("config-%d.json"):format(n)
-    if not host.file.exists(path .. "/" .. file) then break end
-    check_scripts(state, path, check_sealed(state, path, file))
-  end
+  check_configurations(state, path)
   check_sealed(state, path, "environment.json")
   check_transcript(state, path)
   state.checkpoint = check_sealed(state, path, "checkpoint")

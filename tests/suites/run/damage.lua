@@ -38,6 +38,7 @@ local WAYS = {
   ["changed at its start"] = function(text) return flipped(text, 3) end,
   ["changed in the middle"] = function(text) return flipped(text, math.floor(#text / 2)) end,
   ["changed at its end"] = function(text) return flipped(text, #text - 3) end,
+  swapped = function(text) return (text:gsub("^([^\n]*\n)([^\n]*\n)", "%2%1")) end,
 }
 
 local FILES = { "config.json", "environment.json", "checkpoint", "metrics.jsonl", "ledger.jsonl",
@@ -99,7 +100,7 @@ suite:test("a file that cannot be read is not taken for a damaged one", function
   for _, extra in ipairs { {}, { "--from", "0" } } do
     local refused = process.ends(folder, { "run", "--resume", "r", "-q", unpack(extra) })
     t:equal({ refused.status, refused.stderr }, { 1, "limax: r is damaged:\n"
-      .. "  r02/population/g0001.npy could not be read (cannot be read)\n"
+      .. "  r02/population/g0001.npy could not be read (is not a regular file)\n"
       .. "make every file readable, then continue with: " .. host.executable
       .. " run --resume r\n" })
   end
@@ -166,11 +167,12 @@ suite:test("a folder that a killed process began is used; a taken name is left t
     t:ok(host.file.exists(folder .. "/runs/tiny-2"))
   end)
 
-suite:test("is named by compare and report, which read on", function(t)
+suite:test("is named by the commands that read a run, which read on", function(t)
   local folder = make(t)
   local path = folder .. "/r/metrics.jsonl"
   write(path, (source.read(path):gsub('"best":', '"best": ', 1)))
-  for _, words in ipairs { { "compare", "r", "r" }, { "report", "r", "--no-robots" } } do
+  for _, words in ipairs { { "compare", "r", "r" }, { "report", "r", "--no-robots" },
+    { "picture", "r", "--out", "p.svg" }, { "convert", "r", "r.csv" } } do
     local done = process.ends(folder, words)
     t:ok(done.stderr:find("! r is damaged, its numbers may be wrong:\n  metrics.jsonl", 1, true),
       done.stderr)
