@@ -44,4 +44,34 @@ function evolution.same_files(t, got, expected, names)
   end
 end
 
+-- What is the same after every interruption.
+local SAME = { "metrics.jsonl", "ledger.jsonl", "r01/population/g0004.jsonl",
+  "r01/population/g0004.npy" }
+
+--- Checks that a run of five generations has the same bytes as one that stopped after three and
+--- went on, and as one that went on from an earlier generation.
+---@param fields table of the experiment
+---@param more? string[] further files
+function evolution.resumes(t, fields, more)
+  local function spec(generations)
+    local all = { generations = generations }
+    for name, value in pairs(fields) do all[name] = value end
+    return evolution.small(all)
+  end
+  local folder = t:folder()
+  local function check(name, options)
+    limax.start(spec(5), options):finish()
+    for _, files in ipairs { SAME, more or {} } do
+      evolution.same_files(t, name, folder .. "/whole", files)
+    end
+  end
+  local broken = folder .. "/broken"
+  limax.start(spec(5), { out = folder .. "/whole", say = evolution.silent }):finish()
+  limax.start(spec(3), { out = broken, say = evolution.silent }):finish()
+  local options = { out = broken, resume = true, changed = true, say = evolution.silent }
+  check(broken, options)
+  options.from = 1
+  check(broken, options)
+end
+
 return evolution

@@ -66,18 +66,19 @@ end
 ---@param robots limax.population.scored
 function Archive:update(robots)
   rewind(self, robots.generation)
+  local definition = self.definition
+  if definition.appraise then definition.appraise(robots.records, self.rows) end
   local candidates = {}
   for i, record in ipairs(robots.records) do
     if record.fitness and record.generation == robots.generation then
       candidates[#candidates + 1] = { id = record.id, generation = record.generation, index = i,
         fitness = record.fitness, descriptors = record.descriptors,
-        objectives = record.objectives }
+        objectives = record.objectives, novelty = record.novelty }
     end
   end
   local random =
     engine.random(self.seed, self.repetition, "selection", robots.generation, INDIVIDUAL)
-  local entered, leaving =
-    self.definition.choose(self.rows, self.place, candidates, random)
+  local entered, leaving = definition.choose(self.rows, self.place, candidates, random)
   apply(self, entered, leaving)
   self.entered = entered
   for _, row in ipairs(entered) do
@@ -97,7 +98,7 @@ function Archive:text()
   for k, row in ipairs(self.entered) do
     lines[k] = host.json.encode { schema = "limax.archive/1", id = row.id, index = row.index,
       fitness = row.fitness, descriptors = row.descriptors, objectives = row.objectives,
-      cell = row.cell } .. "\n"
+      cell = row.cell, novelty = row.novelty } .. "\n"
   end
   return table.concat(lines)
 end

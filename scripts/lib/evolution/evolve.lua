@@ -40,7 +40,7 @@ local function first_generation(run)
   for i = 1, robots.count do
     rows[i] = i
     records[i] = { id = i, generation = 0, parents = host.json.array {}, origin = "initial",
-      island = islands.first(run.config, i) }
+      island = islands.first(run.config, i), age = run.experiment.survival.ages and 0 or nil }
   end
   genes.initialize(run:rules_of_genes { materials = run.first_materials,
     parameters = run.config.breeding }, robots, rows, 0)
@@ -144,6 +144,11 @@ local function next_generation(run, robots, choice)
   local bred = genes.breed(run:rules_of_genes(decided), { generation = generation,
     elites = #elites, pairs = parents.pairs, parents = parents.engine, records = records,
     parent_records = parents.records })
+  if run.experiment.survival.ages then
+    local rows = mating.renew(records, parents, run.experiment.survival.newcomers)
+    genes.initialize(run:rules_of_genes(decided), bred, rows, generation)
+  end
+  if parents.engine ~= robots.engine then parents.engine:free() end
   return express(run, { engine = bred, generation = generation, records = records,
     materials = decided.materials, parameters = decided.parameters, ledger = decided.ledger,
     supervision = decided.supervision,

@@ -4,6 +4,7 @@
 
 local ffi = require "ffi"
 local failure = require "limax.base.failure"
+local host = require "limax.host"
 local population = require "limax.evolution.population"
 local schema = require "limax.engine.schema"
 local scored_robot = require "limax.robot.scored_robot"
@@ -189,11 +190,14 @@ end
 ---@return limax.mating.parents
 function mating.parents(robots, list, new_robots)
   local at, sources, indices, has_rows = {}, {}, {}, false
+  for _, pair in ipairs(robots.archive and list or {}) do
+    has_rows = has_rows or type(pair[1]) == "table" or type(pair[2]) == "table"
+  end
+  if not has_rows then return { engine = robots.engine, records = robots.records, pairs = list } end
   for child, pair in ipairs(list) do
     indices[child] = {}
     for k = 1, 2 do
       local source = pair[k]
-      has_rows = has_rows or type(source) == "table"
       if not at[source] then
         sources[#sources + 1] = source
         at[source] = #sources
@@ -201,7 +205,6 @@ function mating.parents(robots, list, new_robots)
       indices[child][k] = at[source]
     end
   end
-  if not has_rows then return { engine = robots.engine, records = robots.records, pairs = list } end
   local gathered, records, archive = new_robots(#sources), {}, robots.world.archive
   local genes = gathered.genes
   local memory = ffi.new("float[?]", #sources * genes)
@@ -243,6 +246,29 @@ function mating.records(generation, elites, parents, keep, homes)
     list[i].island = homes and homes[i]
   end
   return list
+end
+
+--- Replaces the last offspring of each island, or of the population, by new random robots, and sets
+--- the ages of all: the generations since the oldest ancestor.
+---@param records table[] of the next generation
+---@param parents limax.mating.parents
+---@param newcomers integer in all islands
+---@return integer[] rows of the new robots
+function mating.renew(records, parents, newcomers)
+  local rows, count = {}, {}
+  for i = #records, 1, -1 do
+    local record, pair = records[i], parents.pairs[i]
+    local home = record.island or 0
+    if record.origin == "bred" and (count[home] or 0) < newcomers then
+      count[home] = (count[home] or 0) + 1
+      table.insert(rows, 1, i)
+      record.origin, record.parents, record.age = "initial", host.json.array {}, 0
+    else
+      record.age = 1 + math.max(parents.records[pair[1]].age or 0,
+        parents.records[pair[2]].age or 0)
+    end
+  end
+  return rows
 end
 
 return mating

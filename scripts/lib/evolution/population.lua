@@ -193,8 +193,8 @@ end
 ---@param record table
 ---@return table record
 function population.forget_score(record)
-  for _, name in ipairs { "fitness", "cases", "measures", "descriptors", "objectives", "outcome",
-    "trials", "status", "reason" } do
+  for _, name in ipairs { "fitness", "cases", "measures", "descriptors", "objectives", "novelty",
+    "outcome", "trials", "status", "reason" } do
     record[name] = nil
   end
   return record

@@ -2,6 +2,7 @@
 --- folder; also reads them back, to continue a run.
 
 local engine = require "limax.engine"
+local front = require "limax.experiment.front"
 local genes = require "limax.experiment.genes"
 local history = require "limax.run.history"
 local materials = require "limax.evolution.materials"
@@ -90,6 +91,18 @@ local function remember(run, line, ledger)
   return run.entries:add(run.history, line, ledger, last.values)
 end
 
+-- The front of the archive, else of the scored robots; nil without objectives.
+local function front_of(world, robots)
+  local measured, list = world.measured or {}, {}
+  if not measured.objectives then return nil end
+  if world.archive and world.archive.definition.objectives then
+    list = world.archive.rows
+  else
+    for k, index in ipairs(robots.ranked) do list[k] = robots.records[index] end
+  end
+  return front.measure(list, measured.objectives, measured.reference)
+end
+
 --- Writes a scored generation into history and folder.
 function record.write(run, robots)
   local line = metrics.measure(robots)
@@ -101,6 +114,7 @@ function record.write(run, robots)
   line.supervisor_failed = robots.supervisor_failed
   local archive = run.world.archive
   line.archive = archive and archive:measure()
+  line.front = front_of(run.world, robots)
   local text = history.encode(robots.records)
   local kept = run.world.state and state.encode(run.world.state)
   local entry = remember(run, line, robots.ledger)

@@ -5,7 +5,10 @@
 
 local choice = require "limax.base.choice"
 local cells = require "limax.experiment.archives.cells"
+local lloyd = require "limax.experiment.archives.centres"
 local engine = require "limax.engine"
+local novelty = require "limax.experiment.archives.novelty"
+local pareto = require "limax.experiment.archives.pareto"
 local measures = require "limax.experiment.measures"
 local schema = require "limax.engine.schema"
 local strict = require "limax.engine.strict"
@@ -20,6 +23,7 @@ local archive = strict.module "limax.archive"
 ---@field descriptors? number[] in the order of the archive's descriptors
 ---@field objectives? number[] in the order of the objectives
 ---@field cell? integer of a grid or CVT archive, from 1
+---@field novelty? number of a novelty archive, when it entered
 
 ---@class limax.archive.definition
 ---@field name string
@@ -30,6 +34,9 @@ local archive = strict.module "limax.archive"
 --- the candidates that enter, and the ids that leave; `place` has the row of each cell. Of rows
 --- that entered before (random is nil) all enter again.
 ---@field measure fun(rows: limax.archive.row[]): table what metrics.jsonl has of it
+---@field appraise? fun(records: table[], rows: limax.archive.row[]) adds to the records of a scored
+--- generation, before any of them enters
+---@field reference? number[] of the objectives
 
 ---@class limax.archive.entry: limax.choice.entry
 ---@field make fun(options: table): limax.archive.definition
@@ -56,6 +63,59 @@ archive.entries.grid = {
   },
   make = cells.grid,
 }
+
+--- cvt: cells around evenly spread centres (Lloyd's algorithm), as many as named whatever the
+--- number of descriptors is; a cell keeps its best robot. Vassiliades et al., "Using centroidal
+--- Voronoi tessellations to scale up MAP-Elites", 2018.
+archive.entries.cvt = {
+  options = {
+    descriptors = measures.rule { most = 16, range = true },
+    cells = schema.number { value = 1000, unit = "cells", minimum = 1, maximum = 1e5,
+      integer = true, note = "as in the paper's first experiments" },
+    samples = schema.number { unit = "random points", minimum = 1, maximum = 1e7, integer = true,
+      note = "20 for each cell if left out" },
+    qd_offset = qd_offset,
+  },
+  make = cells.cvt,
+}
+
+--- novelty: an archive without cells. `robot.novelty` is the mean distance to the k nearest
+--- neighbours in archive and population, in descriptors of which a range counts as 1. In each
+--- generation `add` robots enter at random, or those of at least the novelty `threshold`; beyond
+--- `capacity` the oldest leave. Lehman and Stanley, "Abandoning objectives", 2011.
+archive.entries.novelty = {
+  options = {
+    descriptors = measures.rule { most = 16 },
+    k = schema.number { value = 15, unit = "neighbours", minimum = 1, maximum = 1000,
+      integer = true, note = "usual" },
+    add = schema.number { unit = "robots in a generation", minimum = 0, maximum = 1e6,
+      integer = true, note = "6 if neither is named" },
+    threshold = schema.number { unit = "distance", minimum = 0 },
+    capacity = schema.number { value = 10000, unit = "robots", minimum = 1, maximum = 1e6,
+      integer = true, note = "10 ms of a generation of 4096" },
+  },
+  make = novelty.archive,
+}
+
+--- pareto: the robots that no other robot of the run dominates in all objectives. With a
+--- `reference` point, in the objectives' own units, metrics.jsonl has the hypervolume of two or
+--- three.
+archive.entries.pareto = {
+  options = {
+    objectives = measures.rule { least = 2, most = 8, objective = true },
+    reference = schema.list(schema.number {}, { expected = "a list of numbers" }),
+  },
+  make = pareto,
+}
+
+--- The centres of a CVT archive's cells, in the unit cube of its ranges.
+---@param cell_count integer
+---@param dimensions integer its descriptors
+---@param samples? integer 20 for each cell if left out
+---@return number[][] [cell][dimension]
+function archive.centres(cell_count, dimensions, samples)
+  return lloyd(cell_count, dimensions, samples)
+end
 
 --- The archive that an experiment names: a name, or { name, option = value }.
 ---@param spec string|table

@@ -3,14 +3,12 @@
 --- result holds a plain `config` that can be written as JSON.
 
 local defaults = require "limax.settings.defaults"
-local encodings = require "limax.encoding"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
-local fault = require "limax.engine.fault"
 local host = require "limax.host"
 local island_rules = require "limax.settings.island_rules"
 local ledger = require "limax.supervise.ledger"
-local measures = require "limax.experiment.measures"
+local named_parts = require "limax.experiment.named_parts"
 local overrides = require "limax.experiment.overrides"
 local own_variables = require "limax.experiment.own_variables"
 local plausible = require "limax.settings.plausible"
@@ -20,7 +18,6 @@ local settings = require "limax.settings.settings"
 local source = require "limax.base.source"
 local strict = require "limax.engine.strict"
 local trials = require "limax.experiment.trials"
-local variation = require "limax.variation"
 
 ---@class limax.experiment
 ---@field config table the resolved configuration, plain values only (schema limax.config/1)
@@ -155,17 +152,6 @@ local rules = schema.fields {
 
 -- ---- resolution ---------------------------------------------------------------------------------
 
--- Calls a piece of the library on a user's value; returns its error under the field's name.
-local function resolved(field, call, value)
-  local ok, result = failure.attempt(call, value)
-  if ok then return result end
-  -- the place is the experiment's own, which the caller puts in front
-  local message = fault.is(result) and result.text
-    or tostring(result):gsub("^[^\n]-:%d+: ", "", 1)
-  if message:find(field, 1, true) ~= 1 then message = field .. ": " .. message end
-  return nil, message
-end
-
 -- The tables that the engine makes of materials and of a scene.
 local function plain(object)
   local plain_table = object:table()
@@ -205,14 +191,14 @@ local function read_materials(named, origin)
     if missing then return nil, "materials: " .. missing end
     named = path
   end
-  return resolved("materials", plain_materials, named or defaults.materials)
+  return named_parts.resolved("materials", plain_materials, named or defaults.materials)
 end
 
 -- What reads materials and scenes of a script.
 local function readers(origin)
   return {
     materials = function(named) return read_materials(named, origin) end,
-    scene = function(effects) return resolved("scene", plain_scene, effects) end,
+    scene = function(effects) return named_parts.resolved("scene", plain_scene, effects) end,
   }
 end
 
@@ -220,71 +206,6 @@ local function default_name(spec, origin)
   if not origin then return type(spec.fitness) == "string" and spec.fitness or "experiment" end
   local name = source.name_of(origin):gsub("%.lua$", ""):gsub("[^%w_%-%.]", "_")
   return (name:gsub("^[^%w]", "x"))
-end
-
--- The survival, the archive and what they measure, added to the parts.
-local function resolve_memory(spec, parts)
-  local message
-  parts.survival, message =
-    resolved("survival", require("limax.survival").get, spec.survival or defaults.survival)
-  if not message and spec.archive ~= nil then
-    parts.archive, message = resolved("archive", require("limax.archive").get, spec.archive)
-  end
-  if message then return message end
-  if not (parts.archive or parts.survival.objectives or parts.survival.needs_descriptors) then
-    return nil
-  end
-  parts.measured, message = measures.of(parts)
-  return message
-end
-
--- The named parts of the library: fitness, selection, survival, archive, supervisor; the state.
-local function resolve_parts(spec)
-  local fitness, wrong_fitness =
-    resolved("fitness", require("limax.fitness").get, spec.fitness)
-  local parts = { fitness = fitness, state = spec.state }
-  local wrong_memory = not wrong_fitness and resolve_memory(spec, parts) or nil
-  parts.selection_named = spec.selection or (parts.survival or {}).selection or defaults.selection
-  local selection, wrong_selection =
-    resolved("selection", require("limax.selection").get, parts.selection_named)
-  local supervisor, wrong_supervisor = resolved("supervisor", require("limax.supervise").get,
-    spec.supervisor or defaults.supervisor)
-  local message = wrong_fitness or wrong_selection or wrong_supervisor or wrong_memory
-  if not message and spec.state ~= nil and type(spec.state) ~= "function" then
-    message = ("state: expected a function that returns a table, got %s; write state = function()"
-      .. " return { ... } end"):format(schema.show(spec.state))
-  end
-  if message then return nil, message end
-  parts.selection, parts.supervisor = selection, supervisor
-  return parts
-end
-
--- The encoding and the variation of an experiment; leaves in `genome` the fields that it uses.
-local function resolve_genome(config, spec, base)
-  local genome, own = config.genome, spec.genome or {}
-  local shape = { lattice = config.lattice, materials = #config.materials.materials }
-  local named = own.encoding == nil and defaults.encoding or own.encoding
-  local definition, message =
-    resolved("genome.encoding", function() return encodings.get(named, shape) end)
-  if message then return nil, message end
-  local used = encodings.fields(named)
-  for name in pairs(require("limax.engine.encoding").genome_rules) do
-    if not used[name] then
-      if own[name] ~= nil then
-        return nil, ("genome.%s: the encoding %q does not use it"):format(name, definition.name)
-      end
-      genome[name] = nil
-    end
-  end
-  local steps
-  steps, message = resolved("genome", function() return variation.get(own, definition) end)
-  if message then return nil, message end
-  for _, name in ipairs { "encoding", "mutation", "crossover" } do
-    local plain_default = name == "encoding" and named == defaults.encoding
-    genome[name] = own[name] ~= nil and not plain_default and source.describe(own[name], base)
-      or nil
-  end
-  return definition, nil, steps
 end
 
 -- Script files that an experiment names: the parser of a language model's answers.
@@ -319,7 +240,7 @@ local function resolve(spec, origin)
   if message then return nil, message end
   config.scene, message = read.scene(spec.scene == nil and defaults.scene or spec.scene)
   if message then return nil, message end
-  parts, message = resolve_parts(spec)
+  parts, message = named_parts.of(spec)
   message = message or island_rules.problem(config, parts.survival.name)
   if message then return nil, message end
 
@@ -328,7 +249,8 @@ local function resolve(spec, origin)
   end
   -- what a fitness of the library reads is recorded unless the script sets another rate
   local reading = { parts.fitness }
-  for _, list in pairs(parts.measured or {}) do
+  local measured = parts.measured or {}
+  for _, list in ipairs { measured.descriptors or {}, measured.objectives or {} } do
     for _, measure in ipairs(list) do reading[#reading + 1] = measure end
   end
   for _, reader in ipairs(reading) do
@@ -342,7 +264,7 @@ local function resolve(spec, origin)
   if message then return nil, message end
   for _, note in ipairs(parts.trials.notes) do notes[#notes + 1] = note end
   local encoding, steps
-  encoding, message, steps = resolve_genome(config, spec, base)
+  encoding, message, steps = named_parts.genome(config, spec, base)
   if message then return nil, message end
   config.schema = "limax.config/1"
   config.name = config.name or default_name(spec, origin)

@@ -2,6 +2,7 @@
 --- objectives of a survival. Each is a name, a function (robot, state) -> number, or a table that
 --- begins with one of these: { "contact", cells = 20 }, { f, name = "legs", range = { 0, 4 } }.
 
+local choice = require "limax.base.choice"
 local failure = require "limax.base.failure"
 local run_files = require "limax.settings.run_files"
 local schema = require "limax.engine.schema"
@@ -89,11 +90,24 @@ table.sort(names)
 ---@field sign 1|-1 of an objective; -1 where less is better
 ---@field of_fitness? boolean a measure that the fitness returns by this name
 
+-- The mean of a measure over the trials of a robot, as of a fitness by name.
+local function over_trials(robot, of)
+  if not robot.context.trials then return of(robot) end
+  local read, sum = rawget(robot, "trials"), 0
+  for _, trial in ipairs(robot.trials) do sum = sum + of(trial) end
+  local count = #robot.trials
+  -- whether the fitness read them is noted
+  rawset(robot, "trials", read)
+  return sum / count
+end
+
 -- The measure of a library name; of any other the one that the fitness returns.
 local function named(name)
   local entry = measures.entries[name]
   if entry then
-    return { name = name, call = entry.of, unit = entry.unit, range = entry.range,
+    local function call(robot) return over_trials(robot, entry.of) end
+    if name == "fitness" then call = entry.of end
+    return { name = name, call = call, unit = entry.unit, range = entry.range,
       record = entry.record or {} }
   end
   return { name = name, record = {}, of_fitness = true, call = function(robot)
@@ -184,6 +198,9 @@ end
 ---@class limax.measured what is measured of each robot besides its score
 ---@field descriptors? limax.measure[]
 ---@field objectives? limax.measure[]
+---@field reference? number[] of the objectives
+
+local KINDS = { "descriptors", "objectives" }
 
 --- What an experiment measures for its archive and its survival.
 ---@param parts { fitness: limax.fitness, survival: limax.survival.scheme, archive:
@@ -195,14 +212,16 @@ function measures.of(parts)
   if archive.objectives and survival.objectives then
     return nil, ("archive.objectives: the survival %q names objectives already; name them once")
       :format(survival.name)
-  elseif survival.needs_descriptors and not archive.descriptors then
-    return nil, ('survival: %q needs an archive with descriptors: archive = { %q, descriptors ='
-      .. ' { "muscle_share", "voxel_share" } }'):format(survival.name, survival.needs_descriptors)
+  elseif survival.needs and not choice.contains(survival.needs, archive.name) then
+    return nil, ('survival: %q needs %s: archive = { %q, descriptors = { "muscle_share",'
+      .. ' "voxel_share" } }'):format(survival.name, #survival.needs == 1 and "a novelty archive"
+      or "an archive", survival.needs[1])
   end
   local measured = { descriptors = archive.descriptors,
-    objectives = archive.objectives or survival.objectives }
-  for kind, list in pairs(measured) do
-    for _, measure in ipairs(list) do
+    objectives = archive.objectives or survival.objectives,
+    reference = archive.reference or survival.reference }
+  for _, kind in ipairs(KINDS) do
+    for _, measure in ipairs(measured[kind] or {}) do
       if measure.of_fitness and parts.fitness.name ~= "function" then
         return nil, ("%s.%s: unknown measure %s%s"):format(
           archive[kind] and "archive" or "survival", kind, schema.show(measure.name),
@@ -250,7 +269,7 @@ end
 ---@return boolean|nil excusable
 ---@return string|nil trace
 function measures.add(measured, robot, record, state)
-  for _, kind in ipairs { "descriptors", "objectives" } do
+  for _, kind in ipairs(KINDS) do
     if measured[kind] then
       local values, message, excusable, trace = values_of(measured[kind], robot, state)
       if message then return message, excusable, trace end

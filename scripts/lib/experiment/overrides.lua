@@ -160,7 +160,7 @@ local function resolved_lists(config)
 end
 
 -- Fields whose default is a table: an override changes a part of it.
-local WHOLE = { "scene", "record", "selection", "supervisor" }
+local WHOLE = { scene = true, record = true, selection = true, supervisor = true }
 
 ---@class overrides.context
 ---@field config table the resolved configuration, for the values of absent fields
@@ -173,9 +173,6 @@ local WHOLE = { "scene", "record", "selection", "supervisor" }
 ---@return true|nil
 ---@return string|nil message
 function overrides.apply(spec, texts, context)
-  for _, name in ipairs(WHOLE) do
-    if spec[name] == nil then spec[name] = source.copy(defaults[name]) end
-  end
   local lists = resolved_lists(context.config)
   for _, text in ipairs(texts) do
     local path, value = parse(text)
@@ -183,6 +180,8 @@ function overrides.apply(spec, texts, context)
     local holder, resolved, message = spec, lists
     path, message = prepared(spec, path, context)
     if not path then return nil, ("--set %s: %s"):format(text, message) end
+    local first = path[1]
+    if WHOLE[first] and spec[first] == nil then spec[first] = source.copy(defaults[first]) end
     for i = 1, #path - 1 do
       local key = key_of(path[i])
       resolved = type(resolved) == "table" and resolved[key] or nil

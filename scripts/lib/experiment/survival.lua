@@ -6,6 +6,9 @@
 --- also be rows of the archive: `return {}, robots.archive`.
 
 local choice = require "limax.base.choice"
+local engine = require "limax.engine"
+local front = require "limax.experiment.front"
+local measures = require "limax.experiment.measures"
 local schema = require "limax.engine.schema"
 local sorting = require "limax.base.sorting"
 local strict = require "limax.engine.strict"
@@ -26,13 +29,17 @@ end
 ---@field name string a library name, or "function"
 ---@field call limax.survival.scheme
 ---@field selection? string|table the selection where the experiment names none
----@field needs_descriptors? string an archive that gives them, where the scheme needs one
+---@field needs? string[] the archives with which it works; nil if it needs none
 ---@field objectives? limax.measure[]
+---@field reference? number[] of the objectives
+---@field newcomers? integer random robots in each generation
+---@field ages? boolean are ages recorded?
 
 ---@class limax.survival.entry: limax.choice.entry
----@field make fun(options: table): limax.survival.scheme
+---@field make fun(options: table): limax.survival.scheme|string
 ---@field selection? string|table
----@field needs_descriptors? string
+---@field needs? string[]
+---@field ages? boolean
 
 --- Options of each scheme, by its name.
 ---@type table<string, limax.survival.entry>
@@ -77,13 +84,93 @@ survival.entries.plus = {
 survival.entries.map_elites = {
   options = {},
   selection = { "truncation", share = 1 },
-  needs_descriptors = "grid",
+  needs = { "grid", "cvt", "pareto", "novelty" },
   make = function()
     return function(robots)
       local scores, ranked = {}, {}
       for k, row in ipairs(robots.archive) do scores[k] = row.fitness end
       for k, at in ipairs(sorting.descending(scores)) do ranked[k] = robots.archive[at] end
       return {}, ranked
+    end
+  end,
+}
+
+-- The best of an order of the scored robots.
+local function best_share(robots, order, share, places)
+  local list = {}
+  for k, at in ipairs(order) do list[k] = robots.ranked[at] end
+  local count = math.max(math.floor(share * #robots + 0.5), 1)
+  return first(list, math.min(count, #robots - places))
+end
+
+-- The records of the scored robots, best fitness first.
+local function scored_records(robots)
+  local list = {}
+  for k, index in ipairs(robots.ranked) do list[k] = robots.records[index] end
+  return list
+end
+
+local function of_share(note)
+  return schema.number { value = 0.5, unit = "of the population", above = 0, maximum = 1,
+    note = note }
+end
+
+--- novelty: as plus, by novelty instead of fitness. Needs a novelty archive.
+survival.entries.novelty = {
+  options = { share = of_share "as many parents as offspring" },
+  needs = { "novelty" },
+  make = function(options)
+    return function(robots)
+      local values = {}
+      for k, record in ipairs(scored_records(robots)) do values[k] = record.novelty end
+      return best_share(robots, sorting.descending(values), options.share, 1)
+    end
+  end,
+}
+
+--- nsga2: as plus, by Pareto rank over the objectives, then by the distance from the neighbours in
+--- the rank. An objective with a minus is minimised. With a `reference` point, in the objectives'
+--- own units, metrics.jsonl has the hypervolume of two or three. Deb et al., "A fast and elitist
+--- multiobjective genetic algorithm", 2002.
+survival.entries.nsga2 = {
+  options = {
+    objectives = measures.rule { least = 2, most = 8, objective = true },
+    reference = schema.list(schema.number {}, { expected = "a list of numbers" }),
+    share = of_share "as many parents as offspring",
+  },
+  selection = { "tournament", size = 2 },
+  make = function(options)
+    local wrong = front.wrong_reference(options)
+    if wrong then return wrong end
+    return function(robots)
+      local points = front.points(scored_records(robots), options.objectives)
+      return best_share(robots, (front.crowded_order(points)), options.share, 1)
+    end
+  end,
+}
+
+--- age_fitness: AFPO. As plus, by Pareto rank over fitness and age, then by fitness; the age of a
+--- robot is the number of generations since its oldest ancestor, which was random. In each
+--- generation `newcomers` are new random robots. Parents are drawn from the survivors with equal
+--- chances unless the experiment names a selection. Schmidt and Lipson, "Age-fitness Pareto
+--- optimization", 2011.
+survival.entries.age_fitness = {
+  options = {
+    share = of_share "as many parents as offspring",
+    newcomers = schema.number { value = 1, unit = "robots in a generation", minimum = 1,
+      maximum = 1e6, integer = true, note = "as in the paper" },
+  },
+  selection = { "truncation", share = 1 },
+  ages = true,
+  make = function(options)
+    return function(robots)
+      local points = {}
+      for k, record in ipairs(scored_records(robots)) do
+        points[k] = { record.fitness, -(record.age or 0) }
+      end
+      -- the records are in the order of fitness, and the sort keeps it
+      local order = sorting.ascending((engine.pareto(points)))
+      return best_share(robots, order, options.share, options.newcomers)
     end
   end,
 }
@@ -95,8 +182,11 @@ function survival.get(spec)
   if type(spec) == "function" then return { name = "function", call = spec } end
   local name, options = choice.read("survival", spec, survival.entries)
   local entry = survival.entries[name]
-  return { name = name, call = entry.make(options), selection = entry.selection,
-    needs_descriptors = entry.needs_descriptors, objectives = options.objectives }
+  local call = entry.make(options)
+  if type(call) == "string" then engine.fail(("survival %q: %s"):format(name, call)) end
+  return { name = name, call = call, selection = entry.selection, needs = entry.needs,
+    objectives = options.objectives, reference = options.reference,
+    newcomers = options.newcomers, ages = entry.ages }
 end
 
 return strict.close("limax.survival", survival)

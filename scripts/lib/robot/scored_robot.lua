@@ -44,6 +44,8 @@ local function fail(pattern, ...) engine.fail(pattern:format(...)) end
 ---@field measures table<string, number>|nil numbers that the fitness returns by name
 ---@field descriptors number[]|nil of the experiment's archive, in its order
 ---@field objectives number[]|nil of the experiment's survival or archive, in its order
+---@field novelty number|nil mean distance to its nearest neighbours, with a novelty archive
+---@field age integer|nil generations since its oldest ancestor, with the survival "age_fitness"
 ---@field coarse boolean a mass was seen to move farther than a tenth of an edge in one step
 ---@field undersampled boolean a period of the muscles has fewer than 20 steps
 ---@field trials limax.scored_robot[] it in each trial of the experiment, with all measures; without
@@ -56,7 +58,7 @@ local methods = strict.methods "robot"
 
 local of_record = { id = true, parents = true, generation = true, origin = true, island = true,
   status = true, reason = true, fitness = true, cases = true, measures = true, descriptors = true,
-  objectives = true }
+  objectives = true, novelty = true, age = true }
 
 -- Fields that are made once, when they are first read.
 local made = {}

@@ -42,6 +42,14 @@ local ALWAYS_KEPT = { repetition = true, generation = true, best = true, best_st
 ---@field measures? table<string, table> of each number that the fitness names: champion, mean,
 --- least, most
 ---@field islands? { scored: integer, best?: number, mean?: number }[] with islands
+---@field archive? { filled: integer, best: number, cells?: integer, coverage?: number, qd_score?:
+--- number } with an archive
+---@field front? { size: integer, hypervolume?: number } of the archive or the population, with
+--- objectives
+---@field novelty? { champion: number, mean: number, least: number, most: number } with a novelty
+--- archive
+---@field age? { champion: integer, mean: number, least: integer, most: integer } with the survival
+--- "age_fitness"
 ---@field diversity { all: table, top: table } hamming, genotype, distinct, robots, material_shares
 ---@field failed { invalid: integer, diverged: integer, fitness: integer } robots without a score
 ---@field coarse integer robots of which a mass moved farther than a tenth of an edge in one step

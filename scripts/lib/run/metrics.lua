@@ -62,6 +62,16 @@ local function measures_of(records, champion)
   return next(measures) ~= nil and measures or nil
 end
 
+-- The same of a field that the scored robots of some experiments have.
+local function spread(records, champion, name)
+  if not champion[name] then return nil end
+  local list = {}
+  for i, record in ipairs(records) do
+    list[i] = { fitness = record.fitness, measures = { [name] = record[name] } }
+  end
+  return measures_of(list, { measures = { [name] = champion[name] } })[name]
+end
+
 -- Best and mean fitness of each island; nil without islands.
 local function islands_of(records)
   if not records[1].island then return nil end
@@ -105,6 +115,8 @@ function metrics.measure(population)
     diversity = without_nan(diversity.measure(population.engine, ranked, population.materials)),
     measures = measures_of(records, champion),
     islands = islands_of(records),
+    novelty = spread(records, champion, "novelty"),
+    age = spread(records, champion, "age"),
     champion = { id = champion.id, index = ranked[1], hash = champion.body.hash },
   }
 end

@@ -80,6 +80,8 @@ end
 
 local diversity = record { hamming = number, genotype = number, distinct = number }
 
+local spread = record { champion = number, mean = number, least = number, most = number }
+
 local experiment = defaults.fields.experiment
 
 local measured = record {
@@ -156,13 +158,15 @@ local rules = {
     champion = required(record { id = required(count), index = required(schema.whole(1, 2 ^ 53)),
       hash = required(text) }),
     diversity = required(record { all = required(diversity), top = required(diversity) }),
-    measures = map(record { champion = number, mean = number, least = number, most = number }),
+    measures = map(spread),
     islands = list(record { best = number, mean = number, scored = required(count) },
       "a list of islands"),
     parameters = required(map(number)), materials = required(map(map(number))),
     supervisor_failed = schema.boolean(),
     archive = record { cells = count, filled = count, coverage = number, qd_score = finite,
       best = number },
+    front = record { size = required(count), hypervolume = finite },
+    novelty = spread, age = spread,
   }),
   ledger = line("ledger", {
     supervisor = required(text), source = text, reason = text,
@@ -181,6 +185,7 @@ local rules = {
     schema = required(schema_of "archive"), id = required(count),
     index = required(schema.whole(1, 2 ^ 53)), fitness = required(number), cell = count,
     descriptors = list(number, "a list of numbers"), objectives = list(number, "a list of numbers"),
+    novelty = number,
   },
   population = record {
     schema = schema_of "population", id = required(count), generation = required(count),
@@ -190,6 +195,7 @@ local rules = {
     step_size = finite,
     fitness = finite, cases = list(finite, "a list of numbers"), measures = map(finite),
     descriptors = list(finite, "a list of numbers"), objectives = list(finite, "a list of numbers"),
+    novelty = finite, age = count,
     body = required(body), outcome = required(run_files.outcome),
     trials = list(run_files.outcome, "a list of outcomes"),
   },

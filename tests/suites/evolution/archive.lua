@@ -79,30 +79,111 @@ suite:test("map_elites breeds from the archive only, with right parents and geno
   end
 end)
 
-local FILES = { "metrics.jsonl", "ledger.jsonl", "r01/archive/g0004.jsonl",
-  "r01/population/g0004.jsonl", "r01/population/g0004.npy" }
+suite:test("a grid and MAP-Elites resume to the same bytes", function(t)
+  evolution.resumes(t, { archive = GRID, survival = "map_elites" }, { "r01/archive/g0004.jsonl" })
+end)
 
--- A run of five generations, and one that stopped after three, have the same bytes; so has one that
--- goes on from an earlier generation.
-local function resumes(t, fields, files)
-  local function spec(generations)
-    local all = { generations = generations }
-    for name, value in pairs(fields) do all[name] = value end
-    return evolution.small(all)
-  end
-  local whole, broken = t:folder() .. "/whole", t:folder() .. "/broken"
-  limax.start(spec(5), { out = whole, say = evolution.silent }):finish()
-  limax.start(spec(3), { out = broken, say = evolution.silent }):finish()
-  local options = { out = broken, resume = true, changed = true, say = evolution.silent }
-  limax.start(spec(5), options):finish()
-  evolution.same_files(t, broken, whole, files or FILES)
-  options.from = 1
-  limax.start(spec(5), options):finish()
-  evolution.same_files(t, broken, whole, files or FILES)
+-- The squared distance of two lists of numbers.
+local function apart(a, b)
+  local sum = 0
+  for d = 1, #a do sum = sum + (a[d] - b[d]) ^ 2 end
+  return sum
 end
 
-suite:test("map_elites resumes to the same bytes", function(t)
-  resumes(t, { archive = GRID, survival = "map_elites" })
+local SHARES = { "muscle_share", { "voxel_share", range = { 0.5, 1 } } }
+
+suite:test("a CVT keeps the best robot of the nearest centre, and spreads its centres", function(t)
+  local history, run = finished { archive = { "cvt", cells = 12, descriptors = SHARES },
+    survival = "map_elites", generations = 4 }
+  local centres, best, filled = limax.archive.centres(12, 2), {}, 0
+  for _, record in ipairs(newcomers(history)) do
+    local point = { record.descriptors[1], math.max(0, 2 * record.descriptors[2] - 1) }
+    local nearest = 1
+    for cell, centre in ipairs(centres) do
+      if apart(point, centre) < apart(point, centres[nearest]) then nearest = cell end
+    end
+    if not best[nearest] or record.fitness > best[nearest].fitness then best[nearest] = record end
+  end
+  for _ in pairs(best) do filled = filled + 1 end
+  t:equal(#run.world.archive.rows, filled)
+  for _, row in ipairs(run.world.archive.rows) do t:equal(row.id, best[row.cell].id) end
+  -- no two of 50 centres are closer than half of what even squares would have
+  centres = limax.archive.centres(50, 2)
+  for i = 1, #centres do
+    for j = 1, i - 1 do t:ok(apart(centres[i], centres[j]) > 0.25 / 50) end
+  end
+end)
+
+-- Mean distance to the nearest k of a list of { id, descriptors }, without the robot itself.
+local function novelty_of(record, others, k)
+  local distances = {}
+  for _, other in ipairs(others) do
+    if other.id ~= record.id then
+      -- the second range is half as long
+      local a, b = record.descriptors, other.descriptors
+      distances[#distances + 1] = math.sqrt((a[1] - b[1]) ^ 2 + (2 * (a[2] - b[2])) ^ 2)
+    end
+  end
+  table.sort(distances)
+  local sum, count = 0, math.min(k, #distances)
+  for n = 1, count do sum = sum + distances[n] end
+  return count > 0 and sum / count or 0
+end
+
+suite:test("novelty is the mean distance to the nearest of archive and population", function(t)
+  local history, run = finished { generations = 5, population = 10,
+    archive = { "novelty", descriptors = SHARES, k = 3, threshold = 0.05 },
+    survival = { "novelty", share = 0.5 } }
+  local rows, kept = {}, run.world.archive.rows
+  for k, entry in ipairs(history) do
+    local others, scored = { unpack(rows) }, {}
+    for i = 1, #entry.population do
+      local record = entry.population[i].record
+      if record.fitness then others[#others + 1], scored[#scored + 1] = record, record end
+    end
+    for _, record in ipairs(scored) do
+      t:near(record.novelty, novelty_of(record, others, 3), { atol = 1e-12 })
+      if record.generation == entry.generation then
+        local next_row = kept[#rows + 1]
+        t:equal(next_row ~= nil and next_row.id == record.id, record.novelty >= 0.05)
+        if record.novelty >= 0.05 then rows[#rows + 1] = record end
+      end
+    end
+    t:equal(entry.archive.filled, #rows)
+    -- the survivors are the most novel half
+    local novelties, survivors = {}, {}
+    for n, record in ipairs(scored) do novelties[n] = record.novelty end
+    table.sort(novelties, function(a, b) return a > b end)
+    for place = 1, history[k + 1] and 5 or 0 do
+      survivors[history[k + 1].population[place].id] = true
+    end
+    for _, record in ipairs(scored) do
+      if survivors[record.id] then t:ok(record.novelty >= novelties[5]) end
+    end
+  end
+end)
+
+suite:test("robots enter a novelty archive at random, and the oldest leave it", function(t)
+  local _, run = finished { archive = { "novelty", descriptors = SHARES, add = 2, capacity = 5 },
+    generations = 4, population = 8 }
+  local generations = {}
+  for k, row in ipairs(run.world.archive.rows) do generations[k] = row.generation end
+  t:equal(generations, { 1, 2, 2, 3, 3 })
+end)
+
+suite:test("CVT and novelty resume to the same bytes", function(t)
+  local files = { "r01/archive/g0004.jsonl" }
+  evolution.resumes(t, { survival = "map_elites",
+    archive = { "cvt", cells = 20, descriptors = SHARES } }, files)
+  evolution.resumes(t, { survival = "novelty",
+    archive = { "novelty", descriptors = SHARES, k = 3, add = 2, capacity = 5 } }, files)
+end)
+
+suite:test("MAP-Elites draws parents evenly unless a selection is named", function(t)
+  local experiment = evolution.small { archive = GRID, survival = "map_elites" }
+  t:equal(experiment.config.selection, { name = "truncation", share = 1 })
+  t:equal(experiment:override({ "population=8" }).config.selection, experiment.config.selection)
+  t:equal(experiment:override({ "selection=rank" }).config.selection, "rank")
 end)
 
 suite:test("an archive beside another survival changes no result", function(t)
@@ -149,7 +230,7 @@ suite:test("mistakes are refused with field and remedy", function(t)
     grid { { "contact", range = { 1, 0 } } })
   refused('archive "grid".descriptors: is missing; name one or more', { archive = "grid" })
   refused("at most 1e6", grid({ "contact", "muscle_share", "voxel_share" }, 200))
-  refused('survival: "map_elites" needs an archive with descriptors: archive = { "grid"',
+  refused('survival: "map_elites" needs an archive: archive = { "grid"',
     { survival = "map_elites" })
   local function fails(message, call)
     t:raises(message, function()

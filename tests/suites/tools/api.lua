@@ -65,12 +65,20 @@ suite:test("tables that public names mention have their fields listed", function
   t:equal(by_name["limax.scored_robot"], nil) -- has entries of its own
 
   -- a real generation has the fields that are listed, and no others
-  local run = limax.start(limax.experiment { fitness = function() return 1, { one = 1 } end,
-    lattice = { 2, 2, 2 }, population = 4, generations = 2, repetitions = 1,
-    islands = { count = 2, migrants = 1 }, supervisor = function() error "no idea" end,
-    simulation = { duration = 0.1, settle = 0, accuracy = "preview" } },
-    { device = "cpu", say = function() end })
-  local entry, fields = run:finish()[2], {}
+  local entry, fields = {}, {}
+  for _, memory in ipairs {
+    { survival = "age_fitness", archive = { "novelty", descriptors = { "voxel_share" } } },
+    { survival = { "nsga2", objectives = { "fitness", "-mass" } } },
+  } do
+    local run = limax.start(limax.experiment { fitness = function() return 1, { one = 1 } end,
+      lattice = { 2, 2, 2 }, population = 4, generations = 2, repetitions = 1,
+      islands = { count = 2, migrants = 1 }, supervisor = function() error "no idea" end,
+      survival = memory.survival, archive = memory.archive,
+      simulation = { duration = 0.1, settle = 0, accuracy = "preview" } },
+      { device = "cpu", say = function() end })
+    for name, value in pairs(run:finish()[2]) do entry[name] = value end
+  end
+  entry.population = true -- of a generation that is read
   for _, field in ipairs(by_name["limax.generation"].fields) do
     fields[field.name] = true
     t:ok(entry[field.name] ~= nil, "a generation has no " .. field.name)

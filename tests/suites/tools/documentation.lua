@@ -47,7 +47,7 @@ return limax.experiment {
     return population.ranked[1], random:integer(#population)
   end,
   islands = { count = 3, every = 2 },
-  archive = { "grid", descriptors = { "contact", { "distance", range = { 0, 0.1 } } } },
+  archive = { "grid", descriptors = { "voxel_share", { "distance", range = { 0, 0.1 } } } },
   survival = { "plus", share = 0.3 }, state = function() return { sum = 0 } end,
   trials = { {}, { scene = limax.scenes.air { gravity = false }, materials = "paper", duration = 0.1,
     record = { contact = 0 } } },

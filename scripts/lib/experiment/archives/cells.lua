@@ -1,6 +1,10 @@
 --- cells.lua: archives that keep the best robot of each cell of the descriptors' space: a grid, or
 --- the cells of given centres.
 
+local ffi = require "ffi"
+local lloyd = require "limax.experiment.archives.centres"
+local neighbours = require "limax.experiment.archives.neighbours"
+
 local cells = {}
 
 -- Most cells of a grid: a list of them is made for every picture of it.
@@ -59,6 +63,29 @@ function cells.grid(options)
       cell = cell + axis.stride * math.max(0, math.min(axis.cells - 1, at))
     end
     return cell
+  end)
+end
+
+--- The cells of centres, each with the points that are nearest to its own.
+---@param options { descriptors: limax.measure[], cells: integer, samples?: integer, qd_offset:
+--- number }
+---@return limax.archive.definition
+function cells.cvt(options)
+  local list, dimensions = options.descriptors, #options.descriptors
+  local search, query
+  local found, at = ffi.new "double[1]", ffi.new "int32_t[1]"
+  return definition(options, options.cells, function(values)
+    search = search
+      or neighbours.new(lloyd(options.cells, dimensions, options.samples), dimensions)
+    query = query or ffi.new("double[?]", dimensions)
+    local point = {}
+    for d, measure in ipairs(list) do
+      local least, most = measure.range[1], measure.range[2]
+      point[d] = math.max(0, math.min(1, (values[d] - least) / (most - least)))
+    end
+    search:query(point, query)
+    search:nearest(query, 1, found, at)
+    return search.order[at[0] + 1]
   end)
 end
 

@@ -220,6 +220,9 @@ elitist=survival.entries.elitist  "elitist"
 generational=survival.entries.generational  "generational"
 plus=survival.entries.plus  { "plus", share = 0.25 }
 map_elites=survival.entries.map_elites  "map_elites", archive = grid
+novelty=survival.entries.novelty  "novelty", archive = { "novelty", descriptors = { "mass" } }
+nsga2=survival.entries.nsga2  { "nsga2", objectives = { "distance", "-energy" } }
+age_fitness=survival.entries.age_fitness  { "age_fitness", newcomers = 2 }
 get  limax.survival.get "plus"
 entries  limax.survival.entries.plus
 ]] },
@@ -228,6 +231,10 @@ entries  limax.survival.entries.plus
     prefix = "limax.archive.", holder = "archive.", named = "archive",
     examples = [[
 grid=archive.entries.grid  { "grid", cells = 5, descriptors = { "muscle_share", "contact" } }
+cvt=archive.entries.cvt  { "cvt", cells = 200, descriptors = { "muscle_share", "contact" } }
+novelty=archive.entries.novelty  { "novelty", k = 10, descriptors = { "height", "contact" } }
+pareto=archive.entries.pareto  { "pareto", objectives = { "distance", "-energy" } }
+centres  limax.archive.centres(20, 2)[1]
 get  limax.archive.get({ "grid", descriptors = { "muscle_share" } }).name
 entries  limax.archive.entries.grid
 measures  limax.archive.measures.contact.unit

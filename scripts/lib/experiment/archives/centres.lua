@@ -1,0 +1,66 @@
+--- centres.lua: the centres of a CVT archive's cells: a centroidal Voronoi tessellation of the unit
+--- cube by Lloyd's algorithm. They depend on the numbers of cells, dimensions and samples only, so
+--- that all runs with these have the same cells.
+
+local engine = require "limax.engine"
+local ffi = require "ffi"
+local neighbours = require "limax.experiment.archives.neighbours"
+
+-- Passes of Lloyd's algorithm; centres hardly move after ten.
+local PASSES = 20
+
+local known = {}
+
+-- Even random points.
+local function random_points(count, dimensions)
+  local random, points = engine.random(1, 1, "selection"), {}
+  for i = 1, count do
+    points[i] = {}
+    for d = 1, dimensions do points[i][d] = random:uniform() end
+  end
+  return points
+end
+
+-- Every centre moves to the mean of the samples that are nearest to it.
+local function pass(centres, samples, dimensions)
+  local search = neighbours.new(centres, dimensions)
+  local query, found, at = ffi.new("double[?]", dimensions), ffi.new "double[1]",
+    ffi.new "int32_t[1]"
+  local sums, counts, moved = {}, {}, {}
+  for i = 1, #centres do
+    sums[i], counts[i] = {}, 0
+    for d = 1, dimensions do sums[i][d] = 0 end
+  end
+  for _, sample in ipairs(samples) do
+    search:query(sample, query)
+    search:nearest(query, 1, found, at)
+    local i = search.order[at[0] + 1]
+    counts[i] = counts[i] + 1
+    for d = 1, dimensions do sums[i][d] = sums[i][d] + sample[d] end
+  end
+  for i, sum in ipairs(sums) do
+    moved[i] = centres[i]
+    if counts[i] > 0 then
+      moved[i] = {}
+      for d = 1, dimensions do moved[i][d] = sum[d] / counts[i] end
+    end
+  end
+  return moved
+end
+
+--- The centres of cells in the unit cube.
+---@param cells integer
+---@param dimensions integer
+---@param samples integer|nil random points that stand for the cube; 20 for each cell if left out
+---@return number[][] [cell][dimension]
+return function(cells, dimensions, samples)
+  samples = math.max(samples or 20 * cells, cells)
+  local key = ("%d %d %d"):format(cells, dimensions, samples)
+  if not known[key] then
+    local points, list = random_points(samples, dimensions), {}
+    for i = 1, cells do list[i] = points[i] end
+    for _ = 1, PASSES do list = pass(list, points, dimensions) end
+    known[key] = list
+  end
+  return known[key]
+end

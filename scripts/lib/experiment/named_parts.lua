@@ -1,0 +1,104 @@
+--- named_parts.lua: the pieces of the library that an experiment names, each by a name, a table or
+--- a function: fitness, selection, survival, archive, supervisor, encoding and variation.
+
+local defaults = require "limax.settings.defaults"
+local encodings = require "limax.encoding"
+local failure = require "limax.base.failure"
+local fault = require "limax.engine.fault"
+local measures = require "limax.experiment.measures"
+local schema = require "limax.engine.schema"
+local source = require "limax.base.source"
+local variation = require "limax.variation"
+
+local named_parts = {}
+
+--- Calls a piece of the library on a user's value; returns its error under the field's name.
+---@param field string
+---@param call function
+---@param value any
+---@return any
+---@return string|nil message
+local function resolved(field, call, value)
+  local ok, result = failure.attempt(call, value)
+  if ok then return result end
+  -- the place is the experiment's own, which the caller puts in front
+  local message = fault.is(result) and result.text
+    or tostring(result):gsub("^[^\n]-:%d+: ", "", 1)
+  if message:find(field, 1, true) ~= 1 then message = field .. ": " .. message end
+  return nil, message
+end
+named_parts.resolved = resolved
+
+-- The survival, the archive and what they measure, added to the parts.
+local function resolve_memory(spec, parts)
+  local message
+  parts.survival, message =
+    resolved("survival", require("limax.survival").get, spec.survival or defaults.survival)
+  if not message and spec.archive ~= nil then
+    parts.archive, message = resolved("archive", require("limax.archive").get, spec.archive)
+  end
+  if message then return message end
+  if not (parts.archive or parts.survival.objectives or parts.survival.needs) then return nil end
+  parts.measured, message = measures.of(parts)
+  return message
+end
+
+--- The named parts of the library: fitness, selection, survival, archive, supervisor; the state.
+---@param spec table
+---@return table|nil
+---@return string|nil message
+function named_parts.of(spec)
+  local fitness, wrong_fitness =
+    resolved("fitness", require("limax.fitness").get, spec.fitness)
+  local parts = { fitness = fitness, state = spec.state }
+  local wrong_memory = not wrong_fitness and resolve_memory(spec, parts) or nil
+  parts.selection_named = spec.selection or (parts.survival or {}).selection or defaults.selection
+  local selection, wrong_selection =
+    resolved("selection", require("limax.selection").get, parts.selection_named)
+  local supervisor, wrong_supervisor = resolved("supervisor", require("limax.supervise").get,
+    spec.supervisor or defaults.supervisor)
+  local message = wrong_fitness or wrong_selection or wrong_supervisor or wrong_memory
+  if not message and spec.state ~= nil and type(spec.state) ~= "function" then
+    message = ("state: expected a function that returns a table, got %s; write state = function()"
+      .. " return { ... } end"):format(schema.show(spec.state))
+  end
+  if message then return nil, message end
+  parts.selection, parts.supervisor = selection, supervisor
+  return parts
+end
+
+--- The encoding and the variation of an experiment; leaves in `genome` the fields that it uses.
+---@param config table
+---@param spec table
+---@param base string|nil folder of the script
+---@return limax.encoding.definition|nil
+---@return string|nil message
+---@return table|nil variation
+function named_parts.genome(config, spec, base)
+  local genome, own = config.genome, spec.genome or {}
+  local shape = { lattice = config.lattice, materials = #config.materials.materials }
+  local named = own.encoding == nil and defaults.encoding or own.encoding
+  local definition, message =
+    resolved("genome.encoding", function() return encodings.get(named, shape) end)
+  if message then return nil, message end
+  local used = encodings.fields(named)
+  for name in pairs(require("limax.engine.encoding").genome_rules) do
+    if not used[name] then
+      if own[name] ~= nil then
+        return nil, ("genome.%s: the encoding %q does not use it"):format(name, definition.name)
+      end
+      genome[name] = nil
+    end
+  end
+  local steps
+  steps, message = resolved("genome", function() return variation.get(own, definition) end)
+  if message then return nil, message end
+  for _, name in ipairs { "encoding", "mutation", "crossover" } do
+    local plain_default = name == "encoding" and named == defaults.encoding
+    genome[name] = own[name] ~= nil and not plain_default and source.describe(own[name], base)
+      or nil
+  end
+  return definition, nil, steps
+end
+
+return named_parts

@@ -1,0 +1,195 @@
+--- objectives.lua: survival by several objectives and by age, and the archive of a Pareto front:
+--- each against a plain statement of its rule, and that they resume to the same bytes.
+
+local limax = require "limax"
+local evolution = require "support.evolution"
+local front = require "limax.experiment.front"
+
+local suite = require("limax.test").suite "objectives"
+
+local finished = evolution.finished
+
+-- Is a at least as good as b everywhere, and better somewhere?
+local function dominates(a, b)
+  local better = false
+  for k = 1, #a do
+    if a[k] < b[k] then return false end
+    better = better or a[k] > b[k]
+  end
+  return better
+end
+
+-- The Pareto rank of each point, front by front.
+local function ranks_of(points)
+  local ranks, left, rank = {}, #points, 0
+  while left > 0 do
+    rank = rank + 1
+    local now = {}
+    for i = 1, #points do
+      local dominated = ranks[i] ~= nil
+      for j = 1, #points do
+        dominated = dominated or not ranks[j] and dominates(points[j], points[i])
+      end
+      if not dominated then now[#now + 1] = i end
+    end
+    for _, i in ipairs(now) do ranks[i], left = rank, left - 1 end
+  end
+  return ranks
+end
+
+-- The records of the robots with a score.
+local function scored(population)
+  local list = {}
+  for i = 1, #population do
+    if population[i].fitness then list[#list + 1] = population[i].record end
+  end
+  return list
+end
+
+-- Distance and negative mass of records, and their ids.
+local function points_of(records)
+  local points, ids = {}, {}
+  for i, record in ipairs(records) do
+    points[i], ids[i] = { record.objectives[1], -record.objectives[2] }, record.id
+  end
+  return points, ids
+end
+
+local OBJECTIVES = { "distance", "-mass" }
+
+suite:test("nsga2 keeps the first fronts, and metrics have the front", function(t)
+  local history = finished { population = 12, generations = 4,
+    survival = { "nsga2", objectives = OBJECTIVES, reference = { 0, 10 } } }
+  for k, entry in ipairs(history) do
+    local records = scored(entry.population)
+    local points, ids = points_of(records)
+    local ranks, goes_on, size = ranks_of(points), {}, 0
+    for i = 1, #entry.population do
+      local robot = entry.population[i]
+      t:equal(robot.objectives, robot.fitness and { robot:distance(), robot:mass() })
+    end
+    for _, rank in ipairs(ranks) do size = size + (rank == 1 and 1 or 0) end
+    t:equal(entry.front.size, size)
+    t:ok(entry.front.hypervolume > 0)
+    if history[k + 1] then
+      for place = 1, 6 do goes_on[history[k + 1].population[place].id] = true end
+      local worst = 0
+      for i, id in ipairs(ids) do worst = goes_on[id] and math.max(worst, ranks[i]) or worst end
+      for i, id in ipairs(ids) do t:ok(goes_on[id] or ranks[i] >= worst, "a better front") end
+      t:equal(history[k + 1].population[7].origin, "bred")
+    end
+  end
+end)
+
+suite:test("a Pareto archive holds what no robot of the run dominates", function(t)
+  local history, run = finished { population = 10, generations = 4, survival = "map_elites",
+    archive = { "pareto", objectives = OBJECTIVES } }
+  local all = {}
+  for _, entry in ipairs(history) do
+    for _, record in ipairs(scored(entry.population)) do all[#all + 1] = record end
+  end
+  local points, ids = points_of(all)
+  local front_ids, found = {}, 0
+  for i, rank in ipairs(ranks_of(points)) do front_ids[ids[i]] = rank == 1 or nil end
+  for _, row in ipairs(run.world.archive.rows) do
+    t:ok(front_ids[row.id], "a row is dominated")
+    found = found + 1
+  end
+  local count = 0
+  for _ in pairs(front_ids) do count = count + 1 end
+  t:equal({ found, history[4].front.size, history[4].archive.filled }, { count, count, count })
+  t:equal(history[4].front.hypervolume, nil)
+end)
+
+suite:test("hypervolume is exact in two and three dimensions", function(t)
+  local random = limax.engine.random(1, 1, "user")
+  for dimensions = 2, 3 do
+    local points, grid, inside = {}, 8, 0
+    -- corners on a lattice: the volume is the number of its dominated cells
+    for i = 1, 6 do
+      points[i] = {}
+      for k = 1, dimensions do points[i][k] = random:integer(0, grid) - 1 end
+    end
+    for cell = 0, grid ^ dimensions - 1 do
+      local covered = false
+      for _, point in ipairs(points) do
+        local under, rest = true, cell
+        for k = 1, dimensions do
+          under = under and point[k] >= rest % grid + 1
+          rest = math.floor(rest / grid)
+        end
+        covered = covered or under
+      end
+      if covered then inside = inside + 1 end
+    end
+    t:equal(front.hypervolume(points, dimensions == 2 and { 0, 0 } or { 0, 0, 0 }), inside)
+  end
+end)
+
+suite:test("age_fitness: ages follow the oldest ancestor, newcomers are random", function(t)
+  local history = finished { population = 10, generations = 5,
+    survival = { "age_fitness", share = 0.4, newcomers = 2 } }
+  local bodies = {}
+  for k, entry in ipairs(history) do
+    local before, fresh = {}, 0
+    for _, record in ipairs(k > 1 and scored(history[k - 1].population) or {}) do
+      before[record.id] = record
+    end
+    for i = 1, #entry.population do
+      local record = entry.population[i].record
+      if record.origin == "initial" then
+        t:equal({ record.age, #record.parents, record.generation }, { 0, 0, entry.generation })
+        fresh = fresh + 1
+        t:ok(not bodies[record.body.hash], "a body of before")
+        bodies[record.body.hash] = true
+      elseif record.origin == "elite" then
+        t:equal(record.age, before[record.id].age + 1)
+      else
+        local first, second = before[record.parents[1]], before[record.parents[2]]
+        t:equal(record.age, math.max(first.age, second.age) + 1)
+      end
+    end
+    t:equal(fresh, k == 1 and 10 or 2)
+    -- survivors: the first fronts of fitness and youth
+    local records, points, goes_on, worst = scored(entry.population), {}, {}, 0
+    for i, record in ipairs(records) do points[i] = { record.fitness, -record.age } end
+    local ranks = ranks_of(points)
+    for place = 1, history[k + 1] and 4 or 0 do
+      goes_on[history[k + 1].population[place].id] = true
+    end
+    for i, record in ipairs(records) do
+      if goes_on[record.id] then worst = math.max(worst, ranks[i]) end
+    end
+    for i, record in ipairs(records) do t:ok(goes_on[record.id] or ranks[i] >= worst) end
+  end
+  t:ok(history[5].age.most >= history[5].age.mean)
+end)
+
+suite:test("each resumes to the same bytes", function(t)
+  evolution.resumes(t, { survival = { "nsga2", objectives = OBJECTIVES, reference = { 0, 9 } } })
+  evolution.resumes(t, { survival = "map_elites",
+    archive = { "pareto", objectives = OBJECTIVES } }, { "r01/archive/g0004.jsonl" })
+  evolution.resumes(t, { survival = "age_fitness" })
+  evolution.resumes(t, { survival = "age_fitness", islands = { count = 2, every = 2,
+    migrants = 1 } })
+end)
+
+suite:test("mistakes are refused with field and remedy", function(t)
+  local function refused(message, fields)
+    t:raises(message, function() evolution.small(fields) end)
+  end
+  local function nsga2(objectives, reference)
+    return { survival = { "nsga2", objectives = objectives, reference = reference } }
+  end
+  refused('survival "nsga2".objectives: expected a list of 2 to 8 measures', nsga2 { "distance" })
+  refused('unknown measure "distanc".*"distance"', nsga2 { "distanc", "-mass" })
+  refused("reference: expected one number for each of the 2 objectives", nsga2(OBJECTIVES, { 1 }))
+  refused('archive.objectives: the survival "nsga2" names objectives already',
+    { survival = { "nsga2", objectives = OBJECTIVES },
+      archive = { "pareto", objectives = OBJECTIVES } })
+  refused('survival: "novelty" needs a novelty archive', { survival = "novelty" })
+  refused("threshold and add: name one", { archive = { "novelty", descriptors = { "mass" },
+    threshold = 1, add = 1 } })
+end)
+
+return suite
