@@ -14,7 +14,7 @@ local encoding = {
 
   express = function(robots)
     local kinds = robots.materials.count - 1 -- without the empty material, which is 0
-    for _, i in ipairs(robots.rows) do
+    for _, i in ipairs(robots) do
       local genes, voxels, weights = robots:genes(i), robots:voxels(i), robots:weights(i)
       local stiffness, amplitude, phase = weights[1], weights[2], weights[3]
       for v = 1, #voxels do
@@ -30,7 +30,7 @@ local encoding = {
   -- a box of voxels comes from the second parent, so that neighbours stay together
   cross = function(robots)
     local n = robots.lattice
-    for _, i in ipairs(robots.rows) do
+    for _, i in ipairs(robots) do
       local genes, random, _, second = robots:genes(i), robots:random(i), robots:parents(i)
       local least, most = {}, {}
       for axis = 1, 3 do

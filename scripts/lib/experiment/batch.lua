@@ -1,14 +1,14 @@
 --- batch.lua: robots of one population as the functions of an encoding, a mutation or a crossover
---- see them: the rows to work on, checked views of their genes and bodies, random numbers that
---- depend on nothing else, and the engine's own operators on any rows.
+--- see them: a list of the indices to work on, checked views of their genes and bodies, random
+--- numbers that depend on nothing else, and the engine's own operators on any of them.
 
 local engine = require "limax.engine"
+local schema = require "limax.engine.schema"
 local strict = require "limax.engine.strict"
 
 local batch = {}
 
----@class limax.batch
----@field rows integer[] the robots to work on
+---@class limax.batch a list of indices of robots: `for _, i in ipairs(robots) do`
 ---@field generation integer that they belong to
 ---@field lattice integer[] voxels along x, y, z
 ---@field materials limax.materials the empty one first
@@ -17,20 +17,26 @@ local batch = {}
 ---@field records table[] of all robots, in a mutation or crossover
 local methods = strict.methods "robots"
 
-local FIELDS = { rows = true, generation = true, lattice = true, materials = true,
+local FIELDS = { generation = true, lattice = true, materials = true,
   parameters = true, state = true, records = true, parent_records = true, parts = true }
 
 local class = {}
 
 function class.__index(_, key)
+  if type(key) == "number" then return nil end -- the end of the list
   return methods[key] or not FIELDS[key] and strict.unknown("robots", key, FIELDS, methods) or nil
 end
 
 --- Makes a batch. `parts` holds what its methods use: `population` of the engine; `pairs` and
 --- `parents`, another population, in a mutation or crossover; `seed`, `repetition`, `device`.
+---@param rows integer[] the robots to work on
 ---@param fields table of limax.batch, and `parts`
 ---@return limax.batch
-function batch.new(fields) return setmetatable(fields, class) end
+function batch.new(rows, fields)
+  fields.parts.has = {}
+  for k, i in ipairs(rows) do fields[k], fields.parts.has[i] = i, true end
+  return setmetatable(fields, class)
+end
 
 -- Calls work(first, count) for every run of successive rows.
 local function each_run(rows, work)
@@ -49,6 +55,10 @@ end
 -- Robot i of a view of all robots, which is made once and ends when the engine writes.
 local function part_of(self, name, i)
   local parts = self.parts
+  if not parts.has[i] then
+    engine.fail(("robot %s is none of these: visit them with for _, i in ipairs(robots) do"):format(
+      schema.show(i)))
+  end
   parts[name] = parts[name] or parts.population[name](parts.population)
   return parts[name][i]
 end
@@ -108,10 +118,10 @@ end
 -- ---- the engine's operators ---------------------------------------------------------------------
 
 --- Initial genes by the engine's rule.
----@param rows? integer[] all rows if left out
+---@param rows? integer[] all of these robots if left out
 function methods:initialize(rows)
   end_views(self)
-  each_run(rows or self.rows, function(first, count)
+  each_run(rows or self, function(first, count)
     self.parts.population:initialize(first, count, self.generation)
   end)
 end
@@ -120,7 +130,7 @@ end
 local function breed(self, rows, parents, pairs_of_parents, rates)
   local parts = self.parts
   end_views(self)
-  each_run(rows or self.rows, function(first, count)
+  each_run(rows or self, function(first, count)
     local of_rows = {}
     for k = 1, count do of_rows[k] = pairs_of_parents[first + k - 1] end
     parts.population:breed(parents, of_rows, { seed = parts.seed,
@@ -131,16 +141,16 @@ local function breed(self, rows, parents, pairs_of_parents, rates)
 end
 
 --- Uniform crossover by the engine: each gene comes from the second parent with this chance.
----@param rows? integer[] all rows if left out
+---@param rows? integer[] all of these robots if left out
 ---@param rate? number crossover_rate of the parameters if left out
 function methods:cross(rows, rate)
-  pair_of(self, self.rows[1] or 1)
+  pair_of(self, self[1] or 1)
   breed(self, rows, self.parts.parents, self.parts.pairs,
     { crossover_rate = rate or self.parameters.crossover_rate })
 end
 
 --- Gaussian mutation by the engine: each gene changes with this chance by N(0, scale^2).
----@param rows? integer[] all rows if left out
+---@param rows? integer[] all of these robots if left out
 ---@param rates? { mutation_rate?: number, mutation_scale?: number } those of the parameters if
 --- left out
 function methods:mutate(rows, rates)
@@ -156,10 +166,10 @@ function methods:mutate(rows, rates)
 end
 
 --- Genes to voxels and weights by the network of the encoding; keeps separate parts.
----@param rows? integer[] all rows if left out
+---@param rows? integer[] all of these robots if left out
 function methods:express(rows)
   end_views(self)
-  each_run(rows or self.rows, function(first, count)
+  each_run(rows or self, function(first, count)
     self.parts.population:express(self.materials, { device = self.parts.device,
       largest_part = false }, first, count)
   end)

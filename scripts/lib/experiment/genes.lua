@@ -25,12 +25,12 @@ local PHASE = { initialize = 0, mutation = 1, crossover = 2 }
 -- Calls a function of a script on rows of a population.
 local function call(what, own, rules, population, rows, fields)
   local phase = PHASE[fields.phase]
-  local robots = batch.new { rows = rows, generation = fields.generation, lattice = rules.lattice,
+  local robots = batch.new(rows, { generation = fields.generation, lattice = rules.lattice,
     materials = rules.materials, parameters = rules.parameters, state = rules.state,
     records = fields.records, parent_records = fields.parent_records,
     parts = { population = population, pairs = fields.pairs, parents = fields.parents,
       seed = rules.seed, repetition = rules.repetition, device = rules.device,
-      counter = phase and phase * 2 ^ 24, empty = rules.empty } }
+      counter = phase and phase * 2 ^ 24, empty = rules.empty } })
   local ok, problem, trace = failure.attempt_watched(what, own, robots)
   if not ok then failure.raise_again(problem, trace) end
 end

@@ -9,7 +9,7 @@ local strict = require "limax.engine.strict"
 local variation = strict.module "limax.variation"
 
 ---@class limax.variation.step one of these, or neither for the engine's own operator
----@field call? fun(robots: limax.batch) changes the genes of robots.rows
+---@field call? fun(robots: limax.batch) changes the genes of these robots
 ---@field none? boolean nothing is changed
 
 ---@class limax.variation.entry: limax.choice.entry
@@ -41,7 +41,7 @@ variation.mutations.block = {
   make = function()
     return { call = function(robots)
       local rate, scale = robots.parameters.mutation_rate, robots.parameters.mutation_scale
-      for _, i in ipairs(robots.rows) do
+      for _, i in ipairs(robots) do
         local genes, random = robots:genes(i), robots:random(i)
         each_of_run(random, #genes, rate, function(g)
           genes[g] = genes[g] + scale * random:normal()
@@ -64,7 +64,7 @@ variation.mutations.self_adaptive = {
       robots:mutate(nil, { mutation_scale = 1 })
       local genes = robots.parts.population:genomes_array()
       local old, new = before:pointer(), genes:pointer()
-      for _, i in ipairs(robots.rows) do
+      for _, i in ipairs(robots) do
         local pair = robots.parts.pairs[i]
         local one, other = robots.parent_records[pair[1]], robots.parent_records[pair[2]]
         local step = math.sqrt((one.step_size or first) * (other.step_size or first))
@@ -89,7 +89,7 @@ variation.crossovers.none = { make = function() return { none = true } end }
 variation.crossovers.two_point = {
   make = function()
     return { call = function(robots)
-      for _, i in ipairs(robots.rows) do
+      for _, i in ipairs(robots) do
         local genes, _, second = robots:genes(i), robots:parents(i)
         each_of_run(robots:random(i), #genes, robots.parameters.crossover_rate,
           function(g) genes[g] = second[g] end)

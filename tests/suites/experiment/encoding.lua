@@ -13,7 +13,7 @@ local own = {
   genes = function(shape) return 2 * shape.voxels end,
   express = function(robots)
     local count = robots.materials.count
-    for _, i in ipairs(robots.rows) do
+    for _, i in ipairs(robots) do
       local genes, voxels, weights = robots:genes(i), robots:voxels(i), robots:weights(i)
       for v = 1, #voxels do
         voxels[v] = math.floor(math.abs(genes[v]) * 7) % count
@@ -109,7 +109,7 @@ suite:test("an offspring differs from its parents by the mutation and crossover"
     t:ok(runs <= 2)
   end)
   each({ mutation = function(robots)
-    for _, i in ipairs(robots.rows) do robots:genes(i)[1] = i end
+    for _, i in ipairs(robots) do robots:genes(i)[1] = i end
   end }, function(_, new) t:equal(new, 1) end)
 end)
 
@@ -121,14 +121,14 @@ suite:test("the engine's operators on all rows are what it does by itself", func
   t:equal(run { crossover = function(robots) robots:cross() end,
     mutation = function(robots) robots:mutate() end }, run {})
   t:equal(run { mutation = function(robots)
-    for _, i in ipairs(robots.rows) do robots:mutate { i } end
+    for _, i in ipairs(robots) do robots:mutate { i } end
   end }, run {})
 end)
 
 suite:test("functions of an encoding make the first genes and vary them", function(t)
   local function filled(value)
     return function(robots)
-      for _, i in ipairs(robots.rows) do
+      for _, i in ipairs(robots) do
         local genes, random = robots:genes(i), robots:random(i):uniform()
         for g = 1, #genes do genes[g] = value + random end
       end
@@ -136,7 +136,7 @@ suite:test("functions of an encoding make the first genes and vary them", functi
   end
   local mine = { genes = own.genes, express = own.express, initialize = filled(10),
     cross = function(robots)
-      for _, i in ipairs(robots.rows) do
+      for _, i in ipairs(robots) do
         local first, second = robots:parents(i)
         robots:genes(i)[1] = first[1] + second[1]
       end
@@ -187,16 +187,17 @@ suite:test("a wrong encoding or variation is refused with place and remedy", fun
   end
   local function one(work)
     return { encoding = { genes = 3, express = function(robots)
-      for _, i in ipairs(robots.rows) do work(robots, i) end
+      for _, i in ipairs(robots) do work(robots, i) end
     end } }
   end
   fails("index 9 is out of range", one(function(robots, i) robots:voxels(i)[9] = 1 end))
   fails("material 7", one(function(robots, i) robots:voxels(i)[1] = 7 end))
   fails("nan", one(function(robots, i) robots:weights(i)[1][1] = 0 / 0 end))
+  fails("robot 1 is none of these", { mutation = function(robots) robots:genes(1) end })
   fails("robots:random: a body depends on its genes only", one(function(robots, i)
     robots:random(i)
   end))
-  fails("nan", { mutation = function(robots) robots:genes(robots.rows[1])[1] = 0 / 0 end })
+  fails("nan", { mutation = function(robots) robots:genes(robots[1])[1] = 0 / 0 end })
 end)
 
 return suite

@@ -67,7 +67,7 @@ return {
     return {
       genes = letters + LETTERS * FACTS,
       express = function(robots)
-        for _, i in ipairs(robots.rows) do
+        for _, i in ipairs(robots) do
           local genes, voxels, weights = robots:genes(i), robots:voxels(i), robots:weights(i)
           for v = 1, #voxels do voxels[v] = 0 end
           local word = grown(genes, options.levels, 8 * context.voxels)

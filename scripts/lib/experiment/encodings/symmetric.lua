@@ -29,7 +29,7 @@ return {
     for key, value in pairs(inner) do encoding[key] = value end
     function encoding.express(robots)
       inner.express(robots)
-      for _, i in ipairs(robots.rows) do
+      for _, i in ipairs(robots) do
         local voxels, weights = robots:voxels(i), robots:weights(i)
         for v = 1, #from do
           local source = from[v]

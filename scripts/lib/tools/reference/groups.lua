@@ -170,10 +170,10 @@ get  limax.variation.get({ mutation = "block" }, {}).mutation.call
     files = { "scripts/lib/experiment/batch.lua" },
     stage = GENOMES .. '\nlocal batch = require "limax.experiment.batch"\n'
       .. "function parents() local p = limax.engine.population { count = 4, encoding = coder } "
-      .. "p:initialize() return p end\npopulation, robots = robots, batch.new { rows = { 2, 3 }, "
+      .. "p:initialize() return p end\npopulation, robots = robots, batch.new({ 2, 3 }, { "
       .. "generation = 1, lattice = { 2, 2, 2 }, materials = materials, parameters = rates, "
       .. "parts = { population = robots, parents = parents(), empty = parents, seed = 1, "
-      .. "repetition = 1, counter = 0, pairs = { { 1, 1 }, { 1, 2 }, { 2, 3 }, { 3, 4 } } } }",
+      .. "repetition = 1, counter = 0, pairs = { { 1, 1 }, { 1, 2 }, { 2, 3 }, { 3, 4 } } } })",
     examples = [[
 genes  robots:genes(2)[1]
 voxels  robots:voxels(2)[1]
