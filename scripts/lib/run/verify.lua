@@ -2,6 +2,7 @@
 --- to the checkpoint, configuration, scripts and transcript. Reads only.
 
 local host = require "limax.host"
+local run_files = require "limax.settings.run_files"
 local sealed = require "limax.base.sealed"
 local source = require "limax.base.source"
 
@@ -61,6 +62,14 @@ local function read(state, path, file, damage)
   return text
 end
 
+-- The object of a sealed text, checked: it may be damaged, or from somebody else. Else nil and why.
+local function open(text, kind)
+  local value, reason = sealed.open(text)
+  local problem = value and run_files.problem(value, kind)
+  if problem then return nil, "is invalid: " .. problem:gsub("%c", "?") end
+  return value, reason
+end
+
 -- Calls `visit(text, at)` for each line of a growing file up to the checkpoint.
 local function each_line(state, path, name, visit)
   local file = name .. ".jsonl"
@@ -100,7 +109,7 @@ local function read_rows(state, path)
   local last, k = {}, 0
   each_line(state, path, "hashes", function(text, at)
     k = k + 1
-    local file, hashes, reason = ("hashes.jsonl, line %d"):format(k), sealed.open(text)
+    local file, hashes, reason = ("hashes.jsonl, line %d"):format(k), open(text, "hashes")
     if not hashes then
       -- which generation it was follows from the line before
       local before = state.rows[#state.rows]
@@ -157,10 +166,10 @@ local function match_lines(state, path, name)
 end
 
 -- A sealed file; returns its object.
-local function check_sealed(state, path, file)
+local function check_sealed(state, path, file, kind)
   local text = read(state, path, file)
   if not text then return nil end
-  local value, reason = sealed.open(text)
+  local value, reason = open(text, kind)
   if not value then table.insert(state.damage, { file = file, reason = reason }) end
   return value
 end
@@ -186,14 +195,14 @@ local function check_configurations(state, path)
   for n = 1, math.huge do
     local file = ("config-%d.json"):format(n)
     if not host.file.exists(path .. "/" .. file) then break end
-    check_scripts(state, path, check_sealed(state, path, file), "scripts-" .. n)
+    check_scripts(state, path, check_sealed(state, path, file, "config"), "scripts-" .. n)
     last = n
   end
   -- a process that is killed while it changes the run has kept its configuration already, and may
   -- have replaced scripts
   local is_kept = last and source.read(path .. "/config.json")
     == source.read(("%s/config-%d.json"):format(path, last))
-  check_scripts(state, path, check_sealed(state, path, "config.json"), "scripts",
+  check_scripts(state, path, check_sealed(state, path, "config.json", "config"), "scripts",
     is_kept and "scripts-" .. last or nil)
 end
 
@@ -224,9 +233,9 @@ function verify.folder(path)
   local state = { damage = {}, rows = {}, offsets = {} }
   for _, name in ipairs(verify.GROWING) do state.offsets[name] = {} end
   check_configurations(state, path)
-  check_sealed(state, path, "environment.json")
+  check_sealed(state, path, "environment.json", "environment")
   check_transcript(state, path)
-  state.checkpoint = check_sealed(state, path, "checkpoint")
+  state.checkpoint = check_sealed(state, path, "checkpoint", "checkpoint")
   read_rows(state, path)
   if not host.file.exists(path .. "/checkpoint") then
     -- a run that was killed before its first checkpoint has no more than one line

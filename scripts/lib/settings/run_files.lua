@@ -180,7 +180,11 @@ local rules = {
     supervision = record { asks = number, model_seconds = number, input_tokens = number,
       output_tokens = number, cost = number, fallen_back = schema.boolean() },
   }),
-  hashes = line("hashes", { scored_by = text }),
+  hashes = line("hashes", { scored_by = text, metrics = required(text), ledger = required(text),
+    timing = required(text), population = text, genomes = text, champion = text, state = text,
+    archive = text }),
+  checkpoint = line("checkpoint", { bytes = required(record { metrics = required(count),
+    ledger = required(count), timing = required(count), hashes = required(count) }) }),
   archive = record {
     schema = required(schema_of "archive"), id = required(count),
     index = required(schema.whole(1, 2 ^ 53)), fitness = required(number), cell = count,
@@ -206,7 +210,7 @@ local rules = {
 }
 
 ---@alias limax.run_files.kind "config"|"status"|"environment"|"metrics"|"ledger"|"timing"|"hashes"|
----"archive"|"population"|"study"
+---"checkpoint"|"archive"|"population"|"study"
 
 -- ---- reading ------------------------------------------------------------------------------------
 
@@ -215,13 +219,19 @@ local function damaged(where, message)
   failure.raise_damaged(("%s: %s"):format(where, (tostring(message):gsub("%c", "?"))))
 end
 
+--- What is wrong with an object of a file: its field, and what was expected. nil if nothing is.
+---@param value table
+---@param kind limax.run_files.kind
+---@return string|nil
+function run_files.problem(value, kind) return (select(2, rules[kind](value, ""))) end
+
 -- An object of JSON, checked.
 local function checked(json, kind, where)
   local value, message = host.json.decode(json, "")
   -- of a line only the column is wanted
   if value == nil then damaged(where, (message:gsub("^: ", ""):gsub("^line 1, ", ""))) end
   if type(value) ~= "table" then damaged(where, "expected a JSON object") end
-  message = select(2, rules[kind](value, ""))
+  message = run_files.problem(value, kind)
   if message then damaged(where, message) end
   return value
 end

@@ -4,6 +4,7 @@
 local evolution = require "support.evolution"
 local host = require "limax.host"
 local process = require "support.process"
+local sealed = require "limax.base.sealed"
 local source = require "limax.base.source"
 
 local suite = require("limax.test").suite "damaged"
@@ -35,6 +36,17 @@ suite:test("a resume names the field of a damaged configuration", { limit = 20 }
   done = process.ends(base, { "run", "--resume", "r", "-q", "--device", "cpu" })
   t:equal(done.status, 1)
   t:ok(done.stderr:find("limax: r/config.json was edited or damaged", 1, true), done.stderr)
+end)
+
+-- A file from somebody else may match its hash and still be no file of a run.
+suite:test("a sealed file with a wrong field is named", { limit = 20 }, function(t)
+  local base = t:folder()
+  evolution.run(base .. "/r")
+  local text = '{"schema":"limax.checkpoint/1","repetition":1,"generation":0,"bytes":7}\n'
+  assert(host.file.write_atomic(base .. "/r/checkpoint", sealed.add(text)))
+  local done = process.ends(base, { "list", "--check", "r" })
+  t:equal({ done.status, done.stdout },
+    { 1, "r is damaged:\n  checkpoint is invalid: bytes: expected a table, got 7\n" })
 end)
 
 suite:test("a pipe in a folder is named, and does not stop limax list", { limit = 20 }, function(t)
