@@ -10,6 +10,16 @@ function shell.quoted(word)
   return "'" .. word:gsub("'", "'\\''") .. "'"
 end
 
+-- A word of a command that is printed. Control characters do not reach a terminal as they are, so
+-- they are written as bash, zsh and POSIX of 2024 read them.
+local function printed(word)
+  if not word:find "%c" and not word:find "\194[\128-\159]" then return shell.quoted(word) end
+  word = word:gsub("['\\]", "\\%0"):gsub("[%c\128-\255]", function(character)
+    return ("\\x%02x"):format(character:byte())
+  end)
+  return "$'" .. word .. "'"
+end
+
 --- A path, relative if it is below the working directory, quoted if a shell needs it.
 function shell.path(path)
   local here = host.file.absolute "."
@@ -29,7 +39,7 @@ end
 
 --- The command that continues the run in a folder, ready to be pasted into a shell.
 function shell.resume_command(path)
-  return ("%s run --resume %s"):format(shell.program(), shell.quoted(path))
+  return ("%s run --resume %s"):format(shell.program(), printed(path))
 end
 
 return shell

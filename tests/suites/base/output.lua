@@ -1,6 +1,7 @@
 --- output.lua: limax prints through one function, which shows control characters.
 
 local host = require "limax.host"
+local shell = require "limax.base.shell"
 local source = require "limax.base.source"
 local terminal = require "limax.base.terminal"
 
@@ -15,6 +16,16 @@ suite:test("control characters are shown, line ends and limax's own colours stay
     ["\155c"] = "\\x9bc" } do
     t:equal(terminal.shown(text, true), shown)
   end
+end)
+
+suite:test("a printed command names a folder with control characters", function(t)
+  local name = "it's\na \\ \27[31mb\194\155"
+  local command = shell.resume_command(name)
+  t:equal(terminal.shown(command), command)
+  local word = command:match "%-%-resume (.*)"
+  local pipe = io.popen("bash -c " .. shell.quoted("printf %s " .. word))
+  t:equal(pipe:read "*a", name)
+  pipe:close()
 end)
 
 -- Files that write by themselves: what tests and users print, the bar, a cleared screen.
