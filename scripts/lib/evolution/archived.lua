@@ -8,7 +8,7 @@ local run_files = require "limax.settings.run_files"
 local view = require "limax.engine.view"
 
 ---@class limax.archived
----@field rows limax.archive.row[] `population.archive`; the same table for the whole repetition
+---@field rows limax.archive.row[]
 ---@field entered limax.archive.row[] of the newest generation
 local Archive = {}
 Archive.__index = Archive
@@ -85,6 +85,14 @@ function Archive:update(robots)
     self.kept[row] = { record = robots.records[row.index],
       genome = view.memory(robots.engine:genome_copy(row.index)) }
   end
+end
+
+--- A copy of the list of rows, for scripts, which may sort it.
+---@return limax.archive.row[]
+function Archive:list()
+  local list = {}
+  for k, row in ipairs(self.rows) do list[k] = row end
+  return list
 end
 
 --- What metrics.jsonl has of it.

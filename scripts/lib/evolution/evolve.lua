@@ -30,7 +30,8 @@ local function express(run, fields)
   genes.express(run:rules_of_genes(fields), fields.engine)
   population.add_bodies(fields.engine, fields.materials, fields.records)
   fields.timing.express = host.clock() - began
-  fields.repetition = run.repetition
+  fields.repetition, fields.archive = run.repetition, run.world.archive
+    and run.world.archive:list()
   return population.new(run.world, fields)
 end
 
@@ -149,6 +150,7 @@ local function next_generation(run, robots, choice)
     genes.initialize(run:rules_of_genes(decided), bred, rows, generation)
   end
   if parents.engine ~= robots.engine then parents.engine:free() end
+  robots.archive = nil
   return express(run, { engine = bred, generation = generation, records = records,
     materials = decided.materials, parameters = decided.parameters, ledger = decided.ledger,
     supervision = decided.supervision,

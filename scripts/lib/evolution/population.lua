@@ -44,7 +44,7 @@ local scoring = require "limax.robot.scoring"
 ---@field materials limax.materials that it is made of
 ---@field records table[] one plain table per robot, the lines of its population file
 ---@field trials limax.trial[] in which its robots are simulated
----@field archive limax.archive.row[]|nil rows of the run's archive, up to its newest generation
+---@field archive limax.archive.row[]|nil rows of the run's archive; of the newest generation only
 ---@field evaluations integer robots simulated for their score
 ---@field timing table<string, number> s of each step
 ---@field island integer|nil number of the island of which survival and selection see the robots
@@ -97,7 +97,6 @@ function population.new(world, fields)
   robots.world, robots.contexts, robots.simulations = world, {}, {}
   robots.trials = world.trials(robots.generation)
   robots.evaluations = robots.evaluations or 0
-  robots.archive = world.archive and world.archive.rows
   robots.timing = robots.timing or {}
   robots.timing.simulate, robots.timing.fitness = 0, 0
   for i, record in ipairs(robots.records) do
@@ -282,7 +281,10 @@ function Population:score(with)
   if #self.ranked == 0 then failure.raise(1, failure_text(self)) end
   local constant = self.generation == 0 and constant_text(self)
   if constant then world.say(constant) end
-  if world.archive and #self.simulations > 0 then world.archive:update(self) end
+  if world.archive and #self.simulations > 0 then
+    world.archive:update(self)
+    self.archive = world.archive:list()
+  end
   return self
 end
 

@@ -2,6 +2,7 @@
 --- folder; also reads them back, to continue a run.
 
 local engine = require "limax.engine"
+local failure = require "limax.base.failure"
 local front = require "limax.experiment.front"
 local genes = require "limax.experiment.genes"
 local history = require "limax.run.history"
@@ -144,6 +145,19 @@ local function restore_genomes(run, entry, scores_valid)
   entry.population, run.upcoming = robots, robots
 end
 
+-- Refuses a run whose robots were not measured as its archive and its survival need it now.
+local function check_measured(run)
+  local measured, robots = run.world.measured or {}, run.upcoming
+  for _, kind in ipairs { "descriptors", "objectives" } do
+    local wanted, values = #(measured[kind] or {}), nil
+    for _, each in ipairs(robots.records) do values = each.fitness and each[kind] or values end
+    if wanted ~= #(values or {}) then
+      failure.raise(2, ("%s cannot be continued with another archive or survival: its robots have"
+        .. " %d %s, and %d are needed"):format(run.folder.path, #(values or {}), kind, wanted))
+    end
+  end
+end
+
 --- Reads the generations of a folder into a run's history; the next generation of the loop is then
 --- the last one there, with its scores.
 --- Where the configuration changed since, elites are scored again.
@@ -162,8 +176,13 @@ function record.read(run, folder)
       end
     end
   end
+  if run.upcoming then check_measured(run) end
   if run.upcoming and run.world.archive then
     run.world.archive:restore(folder, run.upcoming.generation, run.encoding.genes)
+    run.upcoming.archive = run.world.archive:list()
+    if not scores_valid then
+      run:say "the archive keeps scores and descriptors from before the change"
+    end
   end
   local before = run.upcoming and run.world.state
     and folder:state_text(run.repetition, run.upcoming.generation)

@@ -400,10 +400,12 @@ function Folder:genomes_of(repetition, generation)
   return array.data
 end
 
---- The rows that entered the archive in a generation.
+--- The rows that entered the archive in a generation; none where there was no archive.
 ---@return string text
 ---@return string path
 function Folder:archive_text(repetition, generation)
+  local file = verify.place(repetition, "archive", generation, ".jsonl")
+  if host.file.exists(self.path .. "/" .. file) ~= "file" then return "", file end
   return self:read_generation(repetition, "archive", generation, ".jsonl")
 end
 

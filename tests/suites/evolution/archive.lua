@@ -4,6 +4,8 @@
 local host = require "limax.host"
 local limax = require "limax"
 local evolution = require "support.evolution"
+local neighbours = require "limax.experiment.archives.neighbours"
+local source = require "limax.base.source"
 
 local suite = require("limax.test").suite "archive"
 
@@ -212,6 +214,42 @@ suite:test("a survival, a selection and an own loop may name rows as parents", f
     robots:breed { parents = pairs_of_parents, elites = {} }
   end
   t:equal(#loop.history, 3)
+end)
+
+suite:test("neighbours are those of a search of all points", function(t)
+  local random = limax.engine.random(1, 1, "user")
+  for dimensions = 1, 5 do
+    local points = {}
+    for i = 1, 300 do
+      points[i] = {}
+      -- few values, so that many distances are equal
+      for d = 1, dimensions do points[i][d] = random:integer(12) end
+    end
+    local search = neighbours.new(points, dimensions)
+    for i = 1, 40 do
+      local best, query = math.huge, {}
+      for d = 1, dimensions do query[d] = 14 * random:uniform() - 1 end
+      for _, point in ipairs(points) do best = math.min(best, apart(point, query)) end
+      t:near(apart(points[search:nearest_to(query)], query), best, { rtol = 1e-12 })
+      t:equal(search.order[search.place[i] + 1], i)
+    end
+  end
+end)
+
+suite:test("a run goes on with another grid, and not with other descriptors", function(t)
+  local folder = t:folder() .. "/run"
+  local options = { out = folder, resume = true, changed = true, say = evolution.silent }
+  local function go_on(generations, archive)
+    limax.start(evolution.small { archive = archive, generations = generations }, options):finish()
+  end
+  go_on(2, GRID)
+  local other = { "grid", cells = 2, descriptors = GRID.descriptors }
+  go_on(4, other)
+  local last = source.read(folder .. "/metrics.jsonl"):match "([^\n]*)\n$"
+  t:equal(host.json.decode(last).archive.cells, 4)
+  t:raises("its robots have 2 descriptors, and 1 are needed", function()
+    go_on(5, { "grid", descriptors = { "muscle_share" } })
+  end)
 end)
 
 suite:test("mistakes are refused with field and remedy", function(t)

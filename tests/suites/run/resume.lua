@@ -9,7 +9,8 @@ local source = require "limax.base.source"
 local suite = require("limax.test").suite "resume"
 
 -- Its supervisor reads bodies and genomes of earlier generations, and its fitness and supervisor a
--- state: what a resume loses changes the numbers. Islands draw where robots go.
+-- state: what a resume loses changes the numbers. Parents are of an archive. Islands draw where
+-- robots go.
 local EXPERIMENT = [[
 local limax = require "limax"
 
@@ -29,6 +30,8 @@ return limax.experiment {
   name = "tiny", lattice = { 3, 3, 3 }, population = 12, generations = GENERATIONS,
   repetitions = REPETITIONS, simulation = { duration = 0.5, settle = 0.1 },
   state = function() return { scored = 0, shifts = {} } end,
+  archive = { "novelty", descriptors = { "voxel_share", "muscle_share" }, k = 3, add = 2 },
+  survival = function(robots) return { robots.ranked[1] }, robots.archive end,
   islands = { count = 4, every = 2, migrants = 1, topology = "random" },
   fitness = function(robot, state)
     state.scored = state.scored + 1

@@ -1,7 +1,6 @@
 --- cells.lua: archives that keep the best robot of each cell of the descriptors' space: a grid, or
 --- the cells of given centres.
 
-local ffi = require "ffi"
 local lloyd = require "limax.experiment.archives.centres"
 local neighbours = require "limax.experiment.archives.neighbours"
 
@@ -72,20 +71,16 @@ end
 ---@return limax.archive.definition
 function cells.cvt(options)
   local list, dimensions = options.descriptors, #options.descriptors
-  local search, query
-  local found, at = ffi.new "double[1]", ffi.new "int32_t[1]"
+  local search
   return definition(options, options.cells, function(values)
     search = search
       or neighbours.new(lloyd(options.cells, dimensions, options.samples), dimensions)
-    query = query or ffi.new("double[?]", dimensions)
     local point = {}
     for d, measure in ipairs(list) do
       local least, most = measure.range[1], measure.range[2]
       point[d] = math.max(0, math.min(1, (values[d] - least) / (most - least)))
     end
-    search:query(point, query)
-    search:nearest(query, 1, found, at)
-    return search.order[at[0] + 1]
+    return search:nearest_to(point)
   end)
 end
 

@@ -3,7 +3,6 @@
 --- that all runs with these have the same cells.
 
 local engine = require "limax.engine"
-local ffi = require "ffi"
 local neighbours = require "limax.experiment.archives.neighbours"
 
 -- Passes of Lloyd's algorithm; centres hardly move after ten.
@@ -24,17 +23,13 @@ end
 -- Every centre moves to the mean of the samples that are nearest to it.
 local function pass(centres, samples, dimensions)
   local search = neighbours.new(centres, dimensions)
-  local query, found, at = ffi.new("double[?]", dimensions), ffi.new "double[1]",
-    ffi.new "int32_t[1]"
   local sums, counts, moved = {}, {}, {}
   for i = 1, #centres do
     sums[i], counts[i] = {}, 0
     for d = 1, dimensions do sums[i][d] = 0 end
   end
   for _, sample in ipairs(samples) do
-    search:query(sample, query)
-    search:nearest(query, 1, found, at)
-    local i = search.order[at[0] + 1]
+    local i = search:nearest_to(sample)
     counts[i] = counts[i] + 1
     for d = 1, dimensions do sums[i][d] = sums[i][d] + sample[d] end
   end

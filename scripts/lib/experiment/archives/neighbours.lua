@@ -1,31 +1,70 @@
---- neighbours.lua: the nearest of many points. Points are sorted along the axis of their largest
---- extent; a search goes outwards from its place and stops where that axis exceeds the distance of
---- the last neighbour: linear in the points at worst, their square root for even points of a plane.
+--- neighbours.lua: the nearest of many points. Points are divided into slabs along the axis of
+--- their largest extent, and sorted in each slab along the axis of the next largest one. A search
+--- goes outwards from its place, in its slab and then from slab to slab, and stops in each
+--- direction where one axis exceeds the distance of the last neighbour.
 
 local ffi = require "ffi"
 local sorting = require "limax.base.sorting"
 
 local neighbours = {}
 
+-- A slab has sqrt(64 n) of n points: with fewer, entering slabs takes most of the time.
+local OF_SLAB = 64
+
 ---@class limax.neighbours
----@field count integer
----@field dimensions integer
+---@field stride integer numbers of a sorted point: the axis within slabs, that of slabs, the others
 ---@field order integer[] index of each sorted point
 ---@field place ffi.cdata* int32_t[], of each point among the sorted ones
+---@field data ffi.cdata* double[], of the sorted points
+---@field slabs integer their number; slab s holds the sorted points start[s] to start[s + 1] - 1,
+--- least[s] to most[s] along their axis
 local Neighbours = {}
 Neighbours.__index = Neighbours
 
--- The axis along which the points differ most.
-local function widest(points, dimensions)
-  local best, widest_extent = 1, -1
+-- The axes, the one along which the points differ most last.
+local function axes_of(points, dimensions)
+  local extents = {}
   for d = 1, dimensions do
     local least, most = math.huge, -math.huge
     for i = 1, #points do
       least, most = math.min(least, points[i][d]), math.max(most, points[i][d])
     end
-    if most - least > widest_extent then best, widest_extent = d, most - least end
+    extents[d] = most - least
   end
-  return best
+  return sorting.ascending(extents)
+end
+
+-- Indices of the points, sorted along an axis.
+local function sorted_along(points, axis)
+  local along = {}
+  for i = 1, #points do along[i] = points[i][axis] end
+  return sorting.ascending(along)
+end
+
+-- The axes in the order of a sorted point's numbers, the points' order, and the slabs' starts.
+local function arranged(points, dimensions)
+  local axes, count = axes_of(points, dimensions), #points
+  local widest = table.remove(axes)
+  table.insert(axes, 1, widest)
+  local order = sorted_along(points, widest)
+  if dimensions == 1 then return axes, order, { 0, count } end
+  local second = table.remove(axes)
+  table.insert(axes, 1, second)
+  local slabs = math.max(1, math.floor(math.sqrt(count / OF_SLAB)))
+  local slab_of, start, filled = {}, {}, {}
+  for k = 1, count do slab_of[order[k]] = math.floor((k - 1) * slabs / count) end
+  for s = 0, slabs do start[s + 1], filled[s] = math.ceil(s * count / slabs), 0 end
+  for _, i in ipairs(sorted_along(points, second)) do
+    local s = slab_of[i]
+    filled[s] = filled[s] + 1
+    order[start[s + 1] + filled[s]] = i
+  end
+  return axes, order, start
+end
+
+-- Copies a point in the order of the axes, with zeros up to a multiple of four.
+local function write(point, axes, target, at)
+  for k = 1, #axes do target[at + k - 1] = point[axes[k]] end
 end
 
 --- Prepares points for searches.
@@ -33,32 +72,36 @@ end
 ---@param dimensions integer
 ---@return limax.neighbours
 function neighbours.new(points, dimensions)
-  local count, axis, along = #points, widest(points, dimensions), {}
-  for i = 1, count do along[i] = points[i][axis] end
-  local order = sorting.ascending(along)
-  -- the sorted axis comes first
-  local data = ffi.new("double[?]", math.max(count * dimensions, 1))
-  local place = ffi.new("int32_t[?]", count + 1)
+  local count, stride = #points, 4 * math.ceil(dimensions / 4)
+  local axes, order, start = arranged(points, dimensions)
+  local slabs, column = #start - 1, math.min(dimensions, 2) - 1
+  local self = { count = count, stride = stride, axes = axes, order = order, slabs = slabs,
+    data = ffi.new("double[?]", math.max(count * stride, 1)), column = column,
+    place = ffi.new("int32_t[?]", count + 1), start = ffi.new("int32_t[?]", slabs + 1, start),
+    least = ffi.new("double[?]", slabs), most = ffi.new("double[?]", slabs),
+    no_group = ffi.new("double[?]", count + 1), query = ffi.new("double[?]", stride) }
   for k = 1, count do
-    local point, at = points[order[k]], (k - 1) * dimensions
-    place[order[k]] = k - 1
-    data[at] = point[axis]
-    local column = 1
-    for d = 1, dimensions do
-      if d ~= axis then
-        data[at + column] = point[d]
-        column = column + 1
-      end
-    end
+    self.place[order[k]] = k - 1
+    write(points[order[k]], axes, self.data, (k - 1) * stride)
   end
-  return setmetatable({ count = count, dimensions = dimensions, axis = axis, order = order,
-    place = place, data = data }, Neighbours)
+  for s = 0, slabs - 1 do
+    local least, most = math.huge, -math.huge
+    for at = self.start[s], self.start[s + 1] - 1 do
+      local value = self.data[at * stride + column]
+      least, most = math.min(least, value), math.max(most, value)
+    end
+    self.least[s], self.most[s] = least, most
+  end
+  return setmetatable(self, Neighbours)
 end
 
-local function squared_distance(data, at, query, dimensions)
-  local sum = 0
-  for d = 0, dimensions - 1 do
-    local difference = data[at + d] - query[d]
+-- Four coordinates at a time: LuaJIT compiles no loops of two or three passes within a loop.
+local function squared_distance(data, at, query, stride)
+  local a, b = data[at] - query[0], data[at + 1] - query[1]
+  local c, d = data[at + 2] - query[2], data[at + 3] - query[3]
+  local sum = a * a + b * b + c * c + d * d
+  for k = 4, stride - 1 do
+    local difference = data[at + k] - query[k]
     sum = sum + difference * difference
   end
   return sum
@@ -75,59 +118,82 @@ local function insert(found, indices, count, most, distance, index)
   return count < most and count + 1 or most
 end
 
--- The first sorted point that is not before `value` along the first axis.
-local function first_from(self, value)
-  local low, high = 0, self.count
+-- The first of sorted points low to high - 1 that is not before `value`; high if there is none.
+local function first_from(data, stride, low, high, value)
   while low < high do
     local middle = math.floor((low + high) / 2)
-    if self.data[middle * self.dimensions] < value then low = middle + 1 else high = middle end
+    if data[middle * stride] < value then low = middle + 1 else high = middle end
   end
   return low
 end
 
---- Finds the nearest points. `found` gets their squared distances and `indices` their places among
---- the sorted points (from 0), the nearest first; points whose `group` is `skip` are left out.
----@param query ffi.cdata* double[dimensions], the sorted axis first
----@param most integer number of points
----@param found ffi.cdata* double[most]
----@param indices ffi.cdata* int32_t[most]
----@param group ffi.cdata*|nil double[], of each sorted point
----@param skip number|nil
----@return integer number that was found
-function Neighbours:nearest(query, most, found, indices, group, skip)
-  local data, dimensions, count = self.data, self.dimensions, 0
-  local right = first_from(self, query[0])
-  local left = right - 1
-  for direction = 0, 1 do
-    local at, step, stop = right, 1, self.count
-    if direction == 1 then at, step, stop = left, -1, -1 end
-    while at ~= stop do
-      local ahead = data[at * dimensions] - query[0]
-      if count == most and ahead * ahead >= found[most - 1] then break end
-      if not (group and group[at] == skip) then
-        local distance = squared_distance(data, at * dimensions, query, dimensions)
-        if count < most or distance < found[most - 1] then
-          count = insert(found, indices, count, most, distance, at)
-        end
-      end
-      at = at + step
+-- Searches from a sorted point to another one. Returns the number of neighbours so far.
+local function sweep(self, search, first, last, step)
+  local data, stride, query = self.data, self.stride, search.query
+  local found, indices, group, skip = search.found, search.indices, search.group, search.skip
+  local count, most = search.count, search.most
+  local limit = count == most and found[most - 1] or math.huge
+  for at = first, last, step do
+    local ahead = data[at * stride] - query[0]
+    if ahead * ahead >= limit then break end
+    local distance = squared_distance(data, at * stride, query, stride)
+    if distance < limit and group[at] ~= skip then
+      count = insert(found, indices, count, most, distance, at)
+      if count == most then limit = found[most - 1] end
     end
   end
-  return count
+  search.count = count
 end
 
---- A point in the order of the axes of a search.
----@param point number[]
----@param query ffi.cdata* double[dimensions] that is written
-function Neighbours:query(point, query)
-  query[0] = point[self.axis]
-  local column = 1
-  for d = 1, self.dimensions do
-    if d ~= self.axis then
-      query[column] = point[d]
-      column = column + 1
-    end
+-- Searches a slab; false where it is too far away, and with it all that follow in this direction.
+local function search_slab(self, search, s, distance)
+  if search.count == search.most and distance > 0
+    and distance * distance >= search.found[search.most - 1] then
+    return false
   end
+  local low, high = self.start[s], self.start[s + 1]
+  local first = first_from(self.data, self.stride, low, high, search.query[0])
+  sweep(self, search, first, high - 1, 1)
+  sweep(self, search, first - 1, low, -1)
+  return true
+end
+
+---@class limax.neighbours.search
+---@field query ffi.cdata* double*: a sorted point, or `write` has written it
+---@field most integer number of points that are wanted
+---@field found ffi.cdata* double[most], gets the squared distances, the nearest first
+---@field indices ffi.cdata* int32_t[most], gets the places among the sorted points, from 0
+---@field group ffi.cdata* double[], of each sorted point; those whose group is `skip` are left out
+---@field skip number
+---@field count integer that was found
+
+--- Finds the nearest points.
+---@param search limax.neighbours.search
+function Neighbours:nearest(search)
+  search.count = 0
+  local value, home = search.query[self.column], 0
+  local high = self.slabs
+  while home < high do
+    local middle = math.floor((home + high) / 2)
+    if self.most[middle] < value then home = middle + 1 else high = middle end
+  end
+  for s = home, self.slabs - 1 do
+    if not search_slab(self, search, s, self.least[s] - value) then break end
+  end
+  for s = home - 1, 0, -1 do
+    if not search_slab(self, search, s, value - self.most[s]) then break end
+  end
+end
+
+--- The index of the point that is nearest to another one.
+---@param point number[]
+---@return integer
+function Neighbours:nearest_to(point)
+  self.one = self.one or { query = self.query + 0, most = 1, found = ffi.new("double[?]", 1),
+    indices = ffi.new("int32_t[?]", 1), group = self.no_group, skip = 1, count = 0 }
+  write(point, self.axes, self.query, 0)
+  self:nearest(self.one)
+  return self.order[self.one.indices[0] + 1]
 end
 
 return neighbours

@@ -36,14 +36,14 @@ function novelty.write(records, rows, descriptors, k)
   local search = neighbours.new(points, #descriptors)
   local group = ffi.new("double[?]", #points + 1)
   for place = 1, #points do group[place - 1] = ids[search.order[place]] end
-  local found, at = ffi.new("double[?]", k), ffi.new("int32_t[?]", k)
+  local one = { most = k, found = ffi.new("double[?]", k), indices = ffi.new("int32_t[?]", k),
+    group = group }
   for i = #rows + 1, #points do
-    local query = search.data + search.place[i] * #descriptors
-    local count = search:nearest(query, k, found, at, group, ids[i])
-    local sum = 0
-    for n = 0, count - 1 do sum = sum + math.sqrt(found[n]) end
-    local record = record_of[i]
-    record.novelty = count > 0 and sum / count or 0
+    one.query, one.skip = search.data + search.place[i] * search.stride, ids[i]
+    search:nearest(one)
+    local sum, record = 0, record_of[i]
+    for n = 0, one.count - 1 do sum = sum + math.sqrt(one.found[n]) end
+    record.novelty = one.count > 0 and sum / one.count or 0
   end
 end
 
