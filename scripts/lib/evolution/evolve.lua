@@ -98,6 +98,9 @@ local function survive(run, robots, generation, parameters, named)
   parents = parents or survivors[1] and survivors or robots.ranked
   local has_rows = parents ~= robots.ranked
     and mating.check_parents(robots, parents, "survival: parents")
+  if #parents == 0 then
+    failure.raise(1, "survival: parents: expected at least one, got an empty list")
+  end
   return survivors, mating.pool(robots, parents, has_rows)
 end
 

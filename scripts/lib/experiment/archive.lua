@@ -121,6 +121,10 @@ end
 ---@param spec string|table
 ---@return limax.archive.definition
 function archive.get(spec)
+  if type(spec) == "function" then
+    engine.fail('archive: expected a name or { "name", option = value }, got a function; a function'
+      .. " may be a descriptor")
+  end
   local name, options = choice.read("archive", spec, archive.entries)
   local definition = archive.entries[name].make(options)
   if type(definition) == "string" then engine.fail(("archive %q: %s"):format(name, definition)) end

@@ -113,8 +113,12 @@ end
 function front.wrong_reference(options)
   local wanted, reference = #options.objectives, options.reference
   if not reference or #reference == wanted and wanted <= 3 then return nil end
-  return ("reference: expected one number for each of the %d objectives, and no more than three,"
-    .. " got %d"):format(wanted, #reference)
+  if wanted > 3 then
+    return ("reference: a hypervolume is of two or three objectives, there are %d; leave it out")
+      :format(wanted)
+  end
+  return ("reference: expected one number for each of the %d objectives, got %d"):format(wanted,
+    #reference)
 end
 
 return front

@@ -280,6 +280,9 @@ suite:test("mistakes are refused with field and remedy", function(t)
   fails("more than a tenth of generation 0 .* descriptor 1 %(function%) is nan",
     function() return 0 / 0 end)
   fails("descriptor 1 %(function%) failed: .*archive.lua:%d+: boo", function() error "boo" end)
+  t:raises("survival: parents: expected at least one, got an empty list", function()
+    finished { survival = function() return {}, {} end }
+  end)
   t:raises("is a table; expected an index or a row of the archive that it has now", function()
     finished { archive = GRID, survival = function() return {}, { {} } end }
   end)
