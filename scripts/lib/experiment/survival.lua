@@ -18,11 +18,19 @@ local survival = strict.module "limax.survival"
 ---@alias limax.survival.scheme fun(robots: limax.population.scored, random: limax.random,
 --- state: any, parameters: table<string, number>): integer[], (integer|limax.archive.row)[]?
 
--- The first `count` of a list.
-local function first(list, count)
-  local part = {}
-  for k = 1, math.min(count, #list) do part[k] = list[k] end
-  return part
+-- The best share of the population: the first of an order of robots, at least one, and at most so
+-- many that `places` are left for others.
+local function best(robots, order, share, places)
+  local count, list = math.max(math.floor(share * #robots + 0.5), 1), {}
+  for k = 1, math.min(count, #robots - places, #order) do list[k] = order[k] end
+  return list
+end
+
+-- The best share by the places of robots in `ranked`.
+local function best_of_ranked(robots, order, share, places)
+  local list = {}
+  for k, at in ipairs(order) do list[k] = robots.ranked[at] end
+  return best(robots, list, share, places)
 end
 
 ---@class limax.survival
@@ -51,8 +59,7 @@ survival.entries.elitist = {
   options = {},
   make = function()
     return function(robots, _, _, parameters)
-      local count = math.max(math.floor(parameters.elite_fraction * #robots + 0.5), 1)
-      return first(robots.ranked, math.min(count, #robots - 1)), robots.ranked
+      return best(robots, robots.ranked, parameters.elite_fraction, 1), robots.ranked
     end
   end,
 }
@@ -65,21 +72,20 @@ survival.entries.generational = {
   end,
 }
 
+local share = schema.number { value = 0.5, unit = "of the population", above = 0, maximum = 1,
+  note = "as many parents as offspring" }
+
 --- plus: (mu + lambda). The best `share` of the population are the survivors, mu, and the only
 --- parents of the others, lambda.
 survival.entries.plus = {
-  options = { share = schema.number { value = 0.5, unit = "of the population", above = 0,
-    maximum = 1, note = "as many parents as offspring" } },
+  options = { share = share },
   make = function(options)
-    return function(robots)
-      local count = math.max(math.floor(options.share * #robots + 0.5), 1)
-      return first(robots.ranked, math.min(count, #robots - 1))
-    end
+    return function(robots) return best(robots, robots.ranked, options.share, 1) end
   end,
 }
 
 --- map_elites: no robot goes on; the parents are the archive's robots, all with the same chance
---- unless the experiment names a selection. Needs an archive of cells. Mouret and Clune,
+--- unless the experiment names a selection. Needs an archive. Mouret and Clune,
 --- "Illuminating search spaces by mapping elites", 2015.
 survival.entries.map_elites = {
   options = {},
@@ -95,14 +101,6 @@ survival.entries.map_elites = {
   end,
 }
 
--- The best of an order of the scored robots.
-local function best_share(robots, order, share, places)
-  local list = {}
-  for k, at in ipairs(order) do list[k] = robots.ranked[at] end
-  local count = math.max(math.floor(share * #robots + 0.5), 1)
-  return first(list, math.min(count, #robots - places))
-end
-
 -- The records of the scored robots, best fitness first.
 local function scored_records(robots)
   local list = {}
@@ -110,20 +108,15 @@ local function scored_records(robots)
   return list
 end
 
-local function of_share(note)
-  return schema.number { value = 0.5, unit = "of the population", above = 0, maximum = 1,
-    note = note }
-end
-
 --- novelty: as plus, by novelty instead of fitness. Needs a novelty archive.
 survival.entries.novelty = {
-  options = { share = of_share "as many parents as offspring" },
+  options = { share = share },
   needs = { "novelty" },
   make = function(options)
     return function(robots)
       local values = {}
       for k, record in ipairs(scored_records(robots)) do values[k] = record.novelty end
-      return best_share(robots, sorting.descending(values), options.share, 1)
+      return best_of_ranked(robots, sorting.descending(values), options.share, 1)
     end
   end,
 }
@@ -136,7 +129,7 @@ survival.entries.nsga2 = {
   options = {
     objectives = measures.rule { least = 2, most = 8, objective = true },
     reference = schema.list(schema.number {}, { expected = "a list of numbers" }),
-    share = of_share "as many parents as offspring",
+    share = share,
   },
   selection = { "tournament", size = 2 },
   make = function(options)
@@ -144,7 +137,7 @@ survival.entries.nsga2 = {
     if wrong then return wrong end
     return function(robots)
       local points = front.points(scored_records(robots), options.objectives)
-      return best_share(robots, (front.crowded_order(points)), options.share, 1)
+      return best_of_ranked(robots, (front.crowded_order(points)), options.share, 1)
     end
   end,
 }
@@ -156,7 +149,7 @@ survival.entries.nsga2 = {
 --- optimization", 2011.
 survival.entries.age_fitness = {
   options = {
-    share = of_share "as many parents as offspring",
+    share = share,
     newcomers = schema.number { value = 1, unit = "robots in a generation", minimum = 1,
       maximum = 1e6, integer = true, note = "as in the paper" },
   },
@@ -170,7 +163,7 @@ survival.entries.age_fitness = {
       end
       -- the records are in the order of fitness, and the sort keeps it
       local order = sorting.ascending((engine.pareto(points)))
-      return best_share(robots, order, options.share, options.newcomers)
+      return best_of_ranked(robots, order, options.share, options.newcomers)
     end
   end,
 }
