@@ -277,7 +277,6 @@ function Population:score(with)
   self.ranked = metrics.rank(self.records)
   self.scored_with, self.fitness = self.scored_with or with, law
   if #self.simulations > 0 then self.scored_with = with end
-  self.timing.fitness = self.timing.fitness + host.clock() - began
   if #self.ranked == 0 then failure.raise(1, failure_text(self)) end
   local constant = self.generation == 0 and constant_text(self)
   if constant then world.say(constant) end
@@ -285,6 +284,7 @@ function Population:score(with)
     world.archive:update(self)
     self.archive = world.archive:list()
   end
+  self.timing.fitness = self.timing.fitness + host.clock() - began
   return self
 end
 
