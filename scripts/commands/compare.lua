@@ -2,10 +2,12 @@
 --- and the power of this many runs.
 
 local arms = require "limax.tools.report.arms"
+local choice = require "limax.base.choice"
 local engine = require "limax.engine"
 local figures = require "limax.tools.compare.figures"
 local outcome = require "limax.tools.compare.outcome"
 local output = require "limax.base.output"
+local recorded = require "limax.tools.compare.recorded"
 local runs = require "limax.tools.compare.runs"
 local tables = require "limax.tools.compare.tables"
 local terminal = require "limax.base.terminal"
@@ -22,9 +24,11 @@ materials, scene, simulation (except its tier), population, generations and eval
 equal in all.
 
 The one outcome is best_standard of the last generation: its champion, under the run's first
-materials, simulated again at the tier publish. A fitness that is a function of a script needs
---trust: the copy of the script in the run folder then runs with your rights. It must be the one
-that ran, by its recorded SHA-256.
+materials, simulated again at the tier publish; or what --outcome names in the metrics of the last
+generation: coverage or QD score of archives with equal cells, the archive's best fitness, or the
+hypervolume of fronts with equal objectives and reference point. Choose it before the runs. A
+fitness that is a function of a script needs --trust: the copy of the script in the run folder then
+runs with your rights. It must be the one that ran, by its recorded SHA-256.
 
 Where the arm and the baseline have the same pairs, the test is Wilcoxon's exact signed-rank test
 with a bootstrap of the paired differences, else Mann and Whitney's exact test; p values are
@@ -34,6 +38,9 @@ Everything else is exploratory.]],
   positional = { least = 1, name = "RUN" },
   exclusive = { { "csv", "json", "latex" } },
   options = {
+    { name = "outcome", argument = "NAME", value = "best_standard",
+      choices = { "best_standard", unpack(choice.sorted_keys(recorded.entries)) },
+      text = "what is compared" },
     { name = "baseline", argument = "ARM",
       text = "the arm that others are compared with; fixed if there is one, else the first" },
     { name = "target", argument = "VALUE", kind = "number",
@@ -57,10 +64,14 @@ function command.run(arguments)
     warned[run.path] = true
   end
   local groups = arms.group(list)
-  local outcomes = outcome.measure(list, engine.device(arguments.device),
-    { trust = arguments.trust })
-  local result = verdict.compare(groups, outcomes,
-    { baseline = arguments.baseline, target = arguments.target })
+  local entry, outcomes = recorded.entries[arguments.outcome], nil
+  if entry then
+    outcomes = recorded.measure(list, arguments.outcome)
+  else
+    outcomes = outcome.measure(list, engine.device(arguments.device), { trust = arguments.trust })
+  end
+  local result = verdict.compare(groups, outcomes, { baseline = arguments.baseline,
+    target = arguments.target, outcome = entry and entry.text })
   if arguments.out then figures.write(arguments.out, result, groups, outcomes) end
   local form = arguments.csv and "csv" or arguments.json and "json" or arguments.latex and "latex"
   output.write(tables[form or "text"](result, terminal.style()))

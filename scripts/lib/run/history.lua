@@ -50,6 +50,8 @@ local ALWAYS_KEPT = { repetition = true, generation = true, best = true, best_st
 --- archive
 ---@field age? { champion: integer, mean: number, least: integer, most: integer } with the survival
 --- "age_fitness"
+---@field step_size? { champion?: number, mean: number, least: number, most: number } of the robots
+--- that have one, with the mutation "self_adaptive"
 ---@field diversity { all: table, top: table } hamming, genotype, distinct, robots, material_shares
 ---@field failed { invalid: integer, diverged: integer, fitness: integer } robots without a score
 ---@field coarse integer robots of which a mass moved farther than a tenth of an edge in one step

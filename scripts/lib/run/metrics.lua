@@ -64,12 +64,13 @@ end
 
 -- The same of a field that the scored robots of some experiments have.
 local function spread(records, champion, name)
-  if not champion[name] then return nil end
   local list = {}
-  for i, record in ipairs(records) do
-    list[i] = { fitness = record.fitness, measures = { [name] = record[name] } }
+  for _, record in ipairs(records) do
+    if record[name] then
+      list[#list + 1] = { fitness = record.fitness, measures = { [name] = record[name] } }
+    end
   end
-  return measures_of(list, { measures = { [name] = champion[name] } })[name]
+  return (measures_of(list, { measures = { [name] = champion[name] } }) or {})[name]
 end
 
 -- Best and mean fitness of each island; nil without islands.
@@ -117,6 +118,7 @@ function metrics.measure(population)
     islands = islands_of(records),
     novelty = spread(records, champion, "novelty"),
     age = spread(records, champion, "age"),
+    step_size = spread(records, champion, "step_size"),
     champion = { id = champion.id, index = ranked[1], hash = champion.body.hash },
   }
 end

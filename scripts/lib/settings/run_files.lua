@@ -166,7 +166,7 @@ local rules = {
     archive = record { cells = count, filled = count, coverage = number, qd_score = finite,
       best = number },
     front = record { size = required(count), hypervolume = finite },
-    novelty = spread, age = spread,
+    novelty = spread, age = spread, step_size = spread,
   }),
   ledger = line("ledger", {
     supervisor = required(text), source = text, reason = text,

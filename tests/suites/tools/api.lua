@@ -68,12 +68,13 @@ suite:test("tables that public names mention have their fields listed", function
   local entry, fields = {}, {}
   for _, memory in ipairs {
     { survival = "age_fitness", archive = { "novelty", descriptors = { "voxel_share" } } },
-    { survival = { "nsga2", objectives = { "fitness", "-mass" } } },
+    { survival = { "nsga2", objectives = { "fitness", "-mass" } },
+      genome = { mutation = "self_adaptive" } },
   } do
     local run = limax.start(limax.experiment { fitness = function() return 1, { one = 1 } end,
       lattice = { 2, 2, 2 }, population = 4, generations = 2, repetitions = 1,
       islands = { count = 2, migrants = 1 }, supervisor = function() error "no idea" end,
-      survival = memory.survival, archive = memory.archive,
+      survival = memory.survival, archive = memory.archive, genome = memory.genome,
       simulation = { duration = 0.1, settle = 0, accuracy = "preview" } },
       { device = "cpu", say = function() end })
     for name, value in pairs(run:finish()[2]) do entry[name] = value end

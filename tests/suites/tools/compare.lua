@@ -178,6 +178,66 @@ suite:test("arms with the same supervisor are named by the fields that differ", 
   t:equal(names[3], "rules (breeding.mutation_rate=0.2): 1")
 end)
 
+suite:test("arms are named by how they search where nothing else differs", function(t)
+  local base, count = t:folder(), 0
+  local function names_of(...)
+    local list, names = {}, {}
+    for k, fields in ipairs { ... } do
+      count = count + 1
+      list[k] = run(("%s/%d"):format(base, count), fields)
+    end
+    for k, arm in ipairs(arms.group(runs.read(list))) do names[k] = arm.name end
+    return names
+  end
+  local grid = { "grid", cells = 4, descriptors = { "muscle_share" } }
+  -- map_elites brings its own selection, and cppn its own fields of a genome
+  t:equal(names_of({ survival = { "plus", share = 0.3 }, genome = { encoding = "cppn" } }, {},
+    { archive = grid, survival = "map_elites" }),
+    { "cppn, plus, no archive", "fourier, elitist, no archive", "fourier, map_elites, grid" })
+  t:equal(names_of({}, { selection = "rank" }), { "tournament", "rank" })
+  -- the same names, other options
+  t:equal(names_of({ survival = { "plus", share = 0.3 } }, { survival = { "plus", share = 0.2 } }),
+    { "fixed", "fixed (survival.share=0.2)" })
+end)
+
+suite:test("--outcome compares what the metrics record of archives and fronts", function(t)
+  local base, words = t:folder(), { "compare" }
+  local function archive(cells)
+    return { "grid", cells = cells, descriptors = { "muscle_share", "voxel_share" } }
+  end
+  for _, survival in ipairs { "elitist", "map_elites" } do
+    for seed = 1, 2 do
+      words[#words + 1] = run(("%s/%s%d"):format(base, survival, seed), { archive = archive(5),
+        survival = survival, seed = seed })
+    end
+  end
+  local text = process.completes(t, base, { unpack(words, 1, 5) })
+  contains(t, text.stdout, "Outcome: best_standard")
+  words[#words + 1], words[#words + 2] = "--outcome=qd_score", "--json"
+  local result = host.json.decode(process.completes(t, base, words).stdout)
+  contains(t, result.outcome, "QD score")
+  for _, arm in ipairs(result.arms) do
+    for k, one in ipairs(arm.runs) do
+      local lines = source.read(("%s/%s%d/metrics.jsonl"):format(base, arm.arm, k))
+      t:equal(one.outcome, host.json.decode(lines:match "([^\n]+)\n$").archive.qd_score)
+    end
+  end
+  local function refused(message, ...)
+    local done = process.ends(base, { "compare", words[2], ... })
+    t:equal(done.status, 2)
+    contains(t, done.stderr, message)
+  end
+  run(base .. "/fine", { archive = archive(9), seed = 3 })
+  run(base .. "/none", { seed = 4 })
+  refused("elitist1 and fine cannot be compared by coverage: it depends on cells, which is 5 and 9",
+    "fine", "--outcome", "coverage")
+  refused('none has no qd_score: it needs an archive with cells: archive = { "grid"', "none",
+    "--outcome", "qd_score")
+  refused("elitist1 has no hypervolume: it needs objectives with a reference point", "--outcome",
+    "hypervolume")
+  refused('did you mean "coverage"?', "--outcome", "coverge")
+end)
+
 suite:test("other arms have their experiments' names", function(t)
   local base = t:folder()
   local function wait() end

@@ -8,7 +8,6 @@ local failure = require "limax.base.failure"
 local figure = require "limax.draw.chart.figure"
 local host = require "limax.host"
 local measures = require "limax.tools.compare.measures"
-local outcome = require "limax.tools.compare.outcome"
 local panels = require "limax.tools.report.curves"
 local parameters = require "limax.tools.report.parameters"
 local runs = require "limax.tools.compare.runs"
@@ -48,10 +47,10 @@ local function by_line(list, names, values)
   end)
 end
 
-local function learning(list)
+local function learning(list, result)
   return { name = "learning", title = "Learning curves",
     text = "The best of each generation under the first materials. What is tested: "
-      .. outcome.TEXT .. ".",
+      .. result.outcome .. ".",
     panels = { panels.by_evaluations(list, "best_standard", "fitness", runs.score),
       panels.by_evaluations(list, "mean of the population", "fitness",
         function(line) return line.mean end) },
@@ -135,7 +134,7 @@ function figures.write(folder, result, list, outcomes)
   write("compare.tex", tables.latex(result))
   -- an arm's line has the same colour in every panel
   for k, arm in ipairs(list) do arm.line = k end
-  for _, each in ipairs { learning(list), diversity(list), changes(list),
+  for _, each in ipairs { learning(list, result), diversity(list), changes(list),
     first_last(list, outcomes) } do
     each.foot = ("%s %s"):format(each.text, panels.meaning(list))
     write(each.name .. ".svg", figure.draw("svg", each, WIDTH))

@@ -4,7 +4,6 @@
 local csv = require "limax.base.csv"
 local host = require "limax.host"
 local measures = require "limax.tools.compare.measures"
-local outcome = require "limax.tools.compare.outcome"
 local sample = require "limax.base.statistics.sample"
 local terminal = require "limax.base.terminal"
 local verdict = require "limax.tools.compare.verdict"
@@ -137,7 +136,7 @@ end
 --- The comparison as text for a terminal.
 function tables.text(result, style)
   local rows, proposed = rows_of(result), {}
-  local parts = { terminal.bold("Outcome: ", style) .. outcome.TEXT,
+  local parts = { terminal.bold("Outcome: ", style) .. result.outcome,
     ("Baseline: %s"):format(result.baseline), "",
     terminal.rows(main_table(result), rows, style), "" }
   local function add(text) parts[#parts + 1] = text end
@@ -183,7 +182,7 @@ function tables.json(result)
         evaluations_to_target = arm.exploratory.to_target[k] }
     end
   end
-  return host.json.encode({ schema = "limax.compare/1", outcome = outcome.TEXT,
+  return host.json.encode({ schema = "limax.compare/1", outcome = result.outcome,
     baseline = result.baseline, level = verdict.LEVEL, comparisons = result.comparisons,
     failed_at_publish = result.failed_at_publish, target = result.target, arms = list },
     { indent = 2 }) .. "\n"

@@ -8,6 +8,7 @@ local failure = require "limax.base.failure"
 local folders = require "limax.tools.report.runs"
 local holm = require "limax.base.statistics.holm"
 local measures = require "limax.tools.compare.measures"
+local outcome = require "limax.tools.compare.outcome"
 local power = require "limax.base.statistics.power"
 local rank_sum = require "limax.base.statistics.rank_sum"
 local sample = require "limax.base.statistics.sample"
@@ -133,7 +134,8 @@ end
 
 --- The comparison of runs whose outcomes were measured, as a table of plain values.
 ---@param outcomes table<limax.compare.run, number> filled up here
----@param options { baseline: string|nil, target: number|nil }|nil see `limax compare --help`
+---@param options { baseline: string|nil, target: number|nil, outcome: string|nil }|nil see
+--- `limax compare --help`; `outcome` is what was measured, in words
 function verdict.compare(list, outcomes, options)
   options = options or {}
   local all = {}
@@ -144,7 +146,7 @@ function verdict.compare(list, outcomes, options)
   local baseline = find_baseline(list, options.baseline)
   local target = options.target or sample.centre(each(baseline.runs, measures.last))
   local result = { baseline = baseline.name, failed_at_publish = filled, target = target,
-    target_given = options.target ~= nil, arms = {} }
+    target_given = options.target ~= nil, outcome = options.outcome or outcome.TEXT, arms = {} }
   local tests, baseline_row = {}, nil
   for i, arm in ipairs(list) do
     local values = each(arm.runs, function(run) return outcomes[run] end)

@@ -6,6 +6,7 @@ local choice = require "limax.base.choice"
 local failure = require "limax.base.failure"
 local flat = require "limax.base.flat"
 local schema = require "limax.engine.schema"
+local search = require "limax.tools.report.search"
 local source = require "limax.base.source"
 
 local arms = {}
@@ -103,8 +104,21 @@ local function supervisor_names(groups)
   return names, own
 end
 
--- Names arms: by the supervisor; if that is a function, or another arm has it, by the experiments;
--- if another arm has that name, by the supervisor and the fields that differ from its first arm.
+-- Names of arms of one supervisor that differ only in how they search; nil for others.
+local function search_names(groups)
+  local configs = {}
+  for k, arm in ipairs(groups) do
+    configs[k] = arm.runs[1].config
+    for _, each in ipairs(flat.differences(groups[1].fields, arm.fields)) do
+      if not search.has(each.path, configs[1], configs[k]) then return nil end
+    end
+  end
+  return #groups > 1 and search.names(configs) or nil
+end
+
+-- Names arms: by what differs in how they search, if nothing else does; by the supervisor; if that
+-- is a function, or another arm has it, by the experiments; if another arm has that name, by the
+-- supervisor and the fields that differ from its first arm.
 local function name_arms(groups)
   local supervisors, experiments, first_of = {}, {}, {}
   local function use(users, word, arm)
@@ -115,6 +129,9 @@ local function name_arms(groups)
     return word and next(users[word]) == arm and next(users[word], arm) == nil
   end
   local names, own = supervisor_names(groups)
+  for k, name in ipairs(search_names(groups) or {}) do
+    groups[k].name = groups[k].name or name
+  end
   for _, arm in ipairs(groups) do
     use(supervisors, arm.name or names[arm], arm)
     for _, run in ipairs(arm.runs) do

@@ -9,6 +9,7 @@ local host = require "limax.host"
 local duration = require "limax.base.duration"
 local runs = require "limax.tools.report.runs"
 local schema = require "limax.engine.schema"
+local search = require "limax.tools.report.search"
 local tiers = require "limax.settings.tiers"
 
 local facts = {}
@@ -114,13 +115,23 @@ function facts.configuration(config)
   return rows
 end
 
+-- A configuration as texts by path; each part of how it searches is one text.
+local function fields_of(config)
+  local fields = flat.add(config, "", {}, shown)
+  for path in pairs(fields) do
+    if search.has(path, config, config) then fields[path] = nil end
+  end
+  for _, part in ipairs(search.parts) do fields[part.path] = search.text(config, part) end
+  return fields
+end
+
 --- Fields in which configurations differ: a column for each folder.
 ---@return string[] columns
 ---@return any[][] rows
 function facts.differences(folders)
   local all, paths, columns, rows = {}, {}, { "field" }, {}
   for k, folder in ipairs(folders) do
-    all[k], columns[k + 1] = flat.add(folder.config, "", {}, shown), folder.path
+    all[k], columns[k + 1] = fields_of(folder.config), folder.path
     for path in pairs(all[k]) do paths[path] = true end
   end
   for _, path in ipairs(choice.sorted_keys(paths)) do
