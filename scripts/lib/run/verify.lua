@@ -76,7 +76,11 @@ local function each_line(state, path, name, visit)
   local bytes = state.checkpoint and state.checkpoint.bytes[name]
   local opened, message, missing = source.open(path .. "/" .. file)
   if not opened then return add_unread(state, {}, file, message, missing) end
-  local size = opened:seek "end"
+  local size, problem = opened:seek "end"
+  if not size then
+    opened:close()
+    return add_unread(state, {}, file, problem)
+  end
   opened:seek "set"
   if bytes and size < bytes then
     table.insert(state.damage, { file = file,
