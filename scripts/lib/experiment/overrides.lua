@@ -115,7 +115,9 @@ local function prepared(spec, path, context)
   local world, first = world_of(spec, path)
   local name = path[first]
   if not path[first + 1] then return path end
-  if name == "scene" and world.scene == nil then world.scene = source.copy(spec.scene) end
+  if name == "scene" and world.scene == nil then
+    world.scene = source.copy(spec.scene == nil and defaults.scene or spec.scene)
+  end
   if name ~= "materials" then return path end
   local materials, message = world.materials or source.copy(spec.materials), nil
   if type(materials) ~= "table" then materials, message = context.materials(materials) end
@@ -160,7 +162,7 @@ local function resolved_lists(config)
 end
 
 -- Fields whose default is a table: an override changes a part of it.
-local WHOLE = { scene = true, record = true, selection = true, supervisor = true }
+local WHOLE = { record = true, selection = true, supervisor = true }
 
 ---@class overrides.context
 ---@field config table the resolved configuration, for the values of absent fields
