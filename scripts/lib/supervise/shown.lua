@@ -14,7 +14,7 @@ local ENTRY = {}
 local KNOWN = {}
 for name in ([[repetition generation population parameters materials ledger best best_standard mean
     median worst quantiles measures diversity failed coarse scored evaluations supervisor_failed
-    champion islands]]):gmatch "%S+" do
+    champion islands archive front novelty age]]):gmatch "%S+" do
   KNOWN[name] = true
 end
 
