@@ -4,7 +4,6 @@
 --- a run can stop after any generation and continue with the same bits.
 
 local budget = require "limax.experiment.budget"
-local engine = require "limax.engine"
 local experiments = require "limax.experiment.experiment"
 local failure = require "limax.base.failure"
 local genes = require "limax.experiment.genes"
@@ -16,7 +15,7 @@ local mating = require "limax.evolution.mating"
 local population = require "limax.evolution.population"
 local record = require "limax.evolution.record"
 local runs = require "limax.evolution.run"
-local source = require "limax.base.source"
+local select = require "limax.evolution.select"
 local supervision = require "limax.supervise.supervision"
 
 local Run = runs.methods
@@ -70,75 +69,12 @@ local function supervise(run, robots, choice)
     materials = same and robots.materials or run:materials_with(fields) }
 end
 
--- Calls a function of the experiment; an error of it ends the run.
-local function call(what, own, ...)
-  local ok, first, second, third = failure.attempt_watched(what, own, ...)
-  if not ok then failure.raise_again(first, second) end
-  return first, second, third
-end
-
-local function random_of(run, generation, individual)
-  return engine.random(run.config.seed, run.repetition, "selection", generation, individual)
-end
-
--- The robots of a population or an island that go on, and the pool from which parents are chosen. A
--- script may name the former.
-local function survive(run, robots, generation, parameters, named)
-  if named then return mating.check_scored(robots, named, "breed: elites"), robots end
-  local ranking = mating.ranking(robots)
-  local survivors, parents = call("the survival", run.experiment.survival.call, robots,
-    random_of(run, generation, robots.island and run.config.population + robots.island or 0),
-    run.world.state, source.copy(parameters))
-  mating.check_unchanged(robots, ranking, "the survival")
-  mating.check_scored(robots, survivors, "survival: survivors")
-  if #survivors >= #robots then
-    failure.raise(1, ("survival: %d survivors leave no place for offspring in a population of %d")
-      :format(#survivors, #robots))
-  end
-  parents = parents or survivors[1] and survivors or robots.ranked
-  local has_rows = parents ~= robots.ranked
-    and mating.check_parents(robots, parents, "survival: parents")
-  if #parents == 0 then
-    failure.raise(1, "survival: parents: expected at least one, got an empty list")
-  end
-  return survivors, mating.pool(robots, parents, has_rows)
-end
-
--- Survivors, a pair of parents per robot of the next generation, and the islands of these robots.
-local function select(run, robots, generation, parameters, choice)
-  local config, place = run.config, source.place(run.config.selection)
-  local elites, parents, homes
-  local rankings = {}
-  local function choose(pool, child)
-    rankings[pool] = rankings[pool] or mating.ranking(pool)
-    return call("the selection", run.experiment.selection, pool,
-      random_of(run, generation, child), run.world.state)
-  end
-  if config.islands then
-    if choice.elites or choice.parents then
-      failure.raise(2, "breed: in an experiment with islands, elites and parents come from its"
-        .. " survival and selection; leave them out")
-    end
-    elites, parents, homes = islands.select(robots, config.islands, generation, { choose = choose,
-      survive = function(view) return survive(run, view, generation, parameters) end,
-      random = random_of(run, generation, config.population + config.islands.count + 1),
-      place = place })
-  else
-    local pool
-    elites, pool = survive(run, robots, generation, parameters, choice.elites)
-    parents = mating.pairs(pool, #robots, elites, choice.parents, choose, place)
-  end
-  for pool, ranking in pairs(rankings) do
-    mating.check_unchanged(pool, ranking, "the selection")
-  end
-  return elites, parents, homes
-end
-
 local function next_generation(run, robots, choice)
   local began, generation = host.clock(), robots.generation + 1
   local decided = supervise(run, robots, choice)
   local supervised = host.clock()
-  local elites, list, homes = select(run, robots, generation, decided.parameters, choice)
+  local elites, list, homes =
+    select.elites_and_parents(run, robots, generation, decided.parameters, choice)
   local parents = mating.parents(robots, list, function(count) return run:new_robots(count) end)
   -- an elite keeps its score under the same materials, in the same trials
   local same = decided.materials == robots.materials
@@ -171,24 +107,6 @@ local function finish_generation(run, robots, choice)
     and next_generation(run, robots, choice)
 end
 
--- Reports that the folder of an own loop holds all generations already.
-local function say_complete(run)
-  local config, last = run.config, run.history[#run.history]
-  if not last or budget.allows_another(config, last.generation + 1, run.evaluations) then return end
-  local limit = budget.limit(config, last.generation + 1)
-  run:say(("%s is complete: the loop visits only its last generation again; to extend the run, set"
-    .. " %s = %d in the experiment and changed = true in limax.start"):format(run.folder.path,
-    limit, 2 * config[limit]))
-end
-
--- What failed supervisors did to a run; nil where none failed. Ledgers of old entries are on disk.
-local function failure_text(entries)
-  local any = false
-  for _, entry in ipairs(entries) do any = any or entry.supervisor_failed end
-  return any and supervision.failure_text(supervision.failures(entries,
-    function(k) return entries[k].ledger.source end))
-end
-
 -- ---- the loop -----------------------------------------------------------------------------------
 
 --- Makes one repetition of an experiment, ready for `:generations()`.
@@ -215,7 +133,7 @@ function evolve.start(experiment, options)
   runs.warn(experiment, run.world)
   if comparison then
     run:restore(run.folder)
-    say_complete(run)
+    runs.say_complete(run)
   end
   return run
 end
@@ -232,8 +150,7 @@ function Run:generations()
     end
     self.population, self.upcoming = self.upcoming or nil, nil
     if not self.population then
-      local text = failure_text(self.history)
-        or supervision.idle_text(self.experiment.supervisor, self.history)
+      local text = supervision.end_text(self.experiment.supervisor, self.history)
       if text then self:say(("repetition %d: %s"):format(self.repetition, text)) end
       self:close()
     end

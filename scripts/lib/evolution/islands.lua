@@ -2,8 +2,6 @@
 --- robots. The record of a robot has the number of its `island`. Survival and selection see one
 --- island at a time, as a scored population of its robots; their indices are mapped back here.
 
-local mating = require "limax.evolution.mating"
-
 local islands = {}
 
 --- The island of a robot of the first generation: equal parts, in order.
@@ -65,9 +63,8 @@ end
 
 ---@class limax.islands.steps what islands take from the loop
 ---@field survive fun(view: table): integer[], table survivors, and the pool of parents
----@field choose fun(pool: table, child: integer): any, any two parents
+---@field choose fun(pool: table, child: integer): (integer|limax.archive.row)[] two parents
 ---@field random limax.random of the topology
----@field place string|nil of the script's own selection: FILE:LINE
 
 -- The robots that go on, island by island, by their indices in the whole population.
 local function go_on(robots, lists, options, generation, steps)
@@ -115,7 +112,7 @@ function islands.select(robots, options, generation, steps)
   for k, view in ipairs(groups) do
     for _ = #lists[k] + 1, #robots / options.count do
       local child = #parents + 1
-      local pair = mating.chosen(pools[k], child, steps.choose, steps.place)
+      local pair = steps.choose(pools[k], child)
       -- a row of the archive belongs to no island
       for side, parent in ipairs(pair) do
         pair[side] = type(parent) == "table" and parent or view.contexts[parent].index

@@ -1,6 +1,6 @@
---- mating.lua: which robots of a scored generation go on, which become parents, and the records of
---- the next generation. Indices from a script's survival, selection or own loop are checked here. A
---- parent may also be a row of the archive.
+--- mating.lua: checks the indices that a script's survival, selection or own loop gives, gathers
+--- the genomes of the parents, and makes the records of the next generation. A parent may also be a
+--- row of the archive.
 
 local ffi = require "ffi"
 local failure = require "limax.base.failure"
@@ -98,8 +98,7 @@ function mating.check_parents(robots, list, what)
       indices[#indices + 1] = each
     end
   end
-  if not has_rows then mating.check_scored(robots, list, what) end
-  mating.check_scored(robots, indices, what)
+  mating.check_scored(robots, has_rows and indices or list, what)
   return has_rows
 end
 
@@ -138,14 +137,15 @@ local function parent_of(pool, value, what)
   return pool.parents and pool.parents[value] or value
 end
 
---- The two parents of a robot that the selection chooses.
+--- Checks the two parents of a robot that the selection returned.
 ---@param pool limax.population.scored
 ---@param child integer index in the next generation
----@param choose fun(pool: limax.population.scored, child: integer): integer, integer
----@param place? string of the script's own selection: FILE:LINE
+---@param place string|nil of the script's own selection: FILE:LINE
+---@param first any
+---@param second any
+---@param third any nil if right
 ---@return (integer|limax.archive.row)[]
-function mating.chosen(pool, child, choose, place)
-  local first, second, third = choose(pool, child)
+function mating.chosen(pool, child, place, first, second, third)
   local what = ("the selection's choice%s for robot %d of generation %d")
     :format(place and (" (%s)"):format(place) or "", child, pool.generation + 1)
   if third ~= nil then failure.raise(1, what .. ": expected two indices, got more") end
@@ -158,10 +158,9 @@ end
 ---@param count integer robots of the next generation
 ---@param elites integer[]
 ---@param named? integer[][]
----@param choose fun(pool: limax.population.scored, child: integer): integer, integer
----@param place? string of the script's own selection: FILE:LINE
+---@param choose fun(pool: limax.population.scored, child: integer): (integer|limax.archive.row)[]
 ---@return (integer|limax.archive.row)[][]
-function mating.pairs(pool, count, elites, named, choose, place)
+function mating.pairs(pool, count, elites, named, choose)
   local wanted = count - #elites
   if named and #named ~= wanted then
     failure.raise(1, ("breed: %d elites and %d pairs of parents make %d robots; the population"
@@ -172,7 +171,7 @@ function mating.pairs(pool, count, elites, named, choose, place)
   for k = 1, wanted do
     local child, what = #elites + k, ("breed: a parent in parents[%d]"):format(k)
     list[child] = named and { parent_of(pool, named[k][1], what),
-      parent_of(pool, named[k][2], what) } or mating.chosen(pool, child, choose, place)
+      parent_of(pool, named[k][2], what) } or choose(pool, child)
   end
   return list
 end

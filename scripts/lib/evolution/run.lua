@@ -2,6 +2,7 @@
 --- folder, world, limits), and the warnings that a user should read before hours of computing.
 
 local archived = require "limax.evolution.archived"
+local budget = require "limax.experiment.budget"
 local encodings = require "limax.encoding"
 local engine = require "limax.engine"
 local fault = require "limax.engine.fault"
@@ -162,6 +163,19 @@ function run.warn(experiment, world)
     world.say(("simulation.time_step = %.6g s is above the limit of %.6g s for a full body of %s:"
       .. " %s"):format(step, world.first_step, world.first_step_material, harm))
   end
+end
+
+--- Reports that the folder of an own loop has all generations already.
+---@param restored limax.run
+function run.say_complete(restored)
+  local config, last = restored.config, restored.history[#restored.history]
+  if not last or budget.allows_another(config, last.generation + 1, restored.evaluations) then
+    return
+  end
+  local limit = budget.limit(config, last.generation + 1)
+  restored:say(("%s is complete: the loop visits only its last generation again; to extend the"
+    .. " run, set %s = %d in the experiment and changed = true in limax.start"):format(
+    restored.folder.path, limit, 2 * config[limit]))
 end
 
 --- An empty population of the engine.

@@ -107,12 +107,22 @@ function supervision.failures(lines, source_of)
   return failed, asked
 end
 
---- What to say of a user's supervisor that proposed nothing in any generation and gave no reason;
---- nil of others.
----@param supervisor limax.supervisor
----@param history limax.generation[]
+--- What these counts mean; nil where none failed.
 ---@return string|nil
-function supervision.idle_text(supervisor, history)
+function supervision.failure_text(failed, asked)
+  if failed == 0 then return nil end
+  if failed < asked then
+    return ("the supervisor failed in %d of %d generations, which its fallback decided or which"
+      .. " kept their parameters; ledger.jsonl has the reasons"):format(failed, asked)
+  end
+  return ("THE SUPERVISOR FAILED IN EVERY GENERATION (%d of %d): its fallback decided, or without"
+    .. ' one no parameter was changed, as by supervisor = "fixed"; ledger.jsonl has the reasons')
+    :format(failed, asked)
+end
+
+-- What to report of a user's supervisor that proposed nothing in any generation and gave no reason;
+-- nil of others.
+local function idle_text(supervisor, history)
   if not supervisor.own or #history < 2 then return nil end
   for k = #history, 2, -1 do -- generation 0 needs no supervisor
     local record = history[k].ledger
@@ -126,17 +136,20 @@ function supervision.idle_text(supervisor, history)
     :format(#history - 1)
 end
 
---- What these counts mean; nil where none failed.
+--- What to report of the supervisor at the end of a run: that it failed, or proposed nothing; nil
+--- if neither.
+---@param supervisor limax.supervisor
+---@param history limax.generation[]
 ---@return string|nil
-function supervision.failure_text(failed, asked)
-  if failed == 0 then return nil end
-  if failed < asked then
-    return ("the supervisor failed in %d of %d generations, which its fallback decided or which"
-      .. " kept their parameters; ledger.jsonl has the reasons"):format(failed, asked)
+function supervision.end_text(supervisor, history)
+  for _, entry in ipairs(history) do
+    -- ledgers of old entries are on disk: they are read only where a supervisor failed
+    if entry.supervisor_failed then
+      return supervision.failure_text(supervision.failures(history,
+        function(k) return history[k].ledger.source end))
+    end
   end
-  return ("THE SUPERVISOR FAILED IN EVERY GENERATION (%d of %d): its fallback decided, or without"
-    .. ' one no parameter was changed, as by supervisor = "fixed"; ledger.jsonl has the reasons')
-    :format(failed, asked)
+  return idle_text(supervisor, history)
 end
 
 return supervision

@@ -1,0 +1,84 @@
+--- select.lua: which robots of a scored generation go on, and which become parents: the
+--- experiment's survival and selection, on the whole population or island by island. An own loop
+--- may name both instead.
+
+local engine = require "limax.engine"
+local failure = require "limax.base.failure"
+local islands = require "limax.evolution.islands"
+local mating = require "limax.evolution.mating"
+local source = require "limax.base.source"
+
+local select = {}
+
+-- Calls a function of the experiment; an error of it ends the run.
+local function call(what, own, ...)
+  local ok, first, second, third = failure.attempt_watched(what, own, ...)
+  if not ok then failure.raise_again(first, second) end
+  return first, second, third
+end
+
+local function random_of(run, generation, individual)
+  return engine.random(run.config.seed, run.repetition, "selection", generation, individual)
+end
+
+-- The robots of a population or an island that go on, and the pool from which parents are chosen.
+-- An own loop may name the former.
+local function survive(run, robots, generation, parameters, named)
+  if named then return mating.check_scored(robots, named, "breed: elites"), robots end
+  local ranking = mating.ranking(robots)
+  local survivors, parents = call("the survival", run.experiment.survival.call, robots,
+    random_of(run, generation, robots.island and run.config.population + robots.island or 0),
+    run.world.state, source.copy(parameters))
+  mating.check_unchanged(robots, ranking, "the survival")
+  mating.check_scored(robots, survivors, "survival: survivors")
+  if #survivors >= #robots then
+    failure.raise(1, ("survival: %d survivors leave no place for offspring in a population of %d")
+      :format(#survivors, #robots))
+  end
+  parents = parents or survivors[1] and survivors or robots.ranked
+  local has_rows = parents ~= robots.ranked
+    and mating.check_parents(robots, parents, "survival: parents")
+  if #parents == 0 then
+    failure.raise(1, "survival: parents: expected at least one, got an empty list")
+  end
+  return survivors, mating.pool(robots, parents, has_rows)
+end
+
+--- Chooses for the next generation.
+---@param run limax.run
+---@param robots limax.population.scored
+---@param generation integer the next one
+---@param parameters table<string, number> of the next one
+---@param choice { elites?: integer[], parents?: integer[][] } of an own loop
+---@return integer[] elites
+---@return (integer|limax.archive.row)[][] parents a pair per robot of the next generation
+---@return integer[]|nil homes the island of each of these robots
+function select.elites_and_parents(run, robots, generation, parameters, choice)
+  local config, place = run.config, source.place(run.config.selection)
+  local elites, parents, homes
+  local rankings = {}
+  local function choose(pool, child)
+    rankings[pool] = rankings[pool] or mating.ranking(pool)
+    return mating.chosen(pool, child, place, call("the selection", run.experiment.selection, pool,
+      random_of(run, generation, child), run.world.state))
+  end
+  if config.islands then
+    if choice.elites or choice.parents then
+      failure.raise(2, "breed: in an experiment with islands, elites and parents come from its"
+        .. " survival and selection; leave them out")
+    end
+    elites, parents, homes = islands.select(robots, config.islands, generation, { choose = choose,
+      survive = function(view) return survive(run, view, generation, parameters) end,
+      random = random_of(run, generation, config.population + config.islands.count + 1) })
+  else
+    local pool
+    elites, pool = survive(run, robots, generation, parameters, choice.elites)
+    parents = mating.pairs(pool, #robots, elites, choice.parents, choose)
+  end
+  for pool, ranking in pairs(rankings) do
+    mating.check_unchanged(pool, ranking, "the selection")
+  end
+  return elites, parents, homes
+end
+
+return select
