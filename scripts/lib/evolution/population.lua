@@ -52,10 +52,23 @@ local scoring = require "limax.robot.scoring"
 local Population = strict.methods "population"
 local class = { methods = Population }
 
+-- The fields that scripts read, and those that only the loop reads. A population may lack some.
+local FIELDS, OF_LOOP = {}, {}
+for name in ([[ranked generation repetition parameters engine materials records trials archive
+    evaluations timing island state]]):gmatch "%S+" do
+  FIELDS[name] = true
+end
+for name in ([[ledger scored_by scored_with parents_scored_with supervision supervisor_failed
+    parents]]):gmatch "%S+" do
+  OF_LOOP[name] = true
+end
+
 -- The state is that of the run: a generation that is written gives the next one a copy.
 function class.__index(robots, key)
-  if key == "state" then return robots.world.state end
-  return Population[key]
+  if key == "state" then return rawget(robots, "world").state end
+  local method = Population[key]
+  if method or FIELDS[key] or OF_LOOP[key] or type(key) == "number" then return method end
+  return strict.unknown("a population", key, FIELDS, Population)
 end
 
 local population = {}
@@ -87,8 +100,8 @@ local function set_simulations(context, simulations)
 end
 
 --- Makes a generation from its fields: those of limax.population.scored, and `ledger`, how it got
---- its parameters. The steps add `fitness`, which scored it, as `scored_with` in the form that was
---- passed to `score`; `parents_scored_with` is that of the generation that it was bred from.
+--- its parameters. Scoring adds its fitness: `scored_with` as it was passed to `score`, `scored_by`
+--- as resolved. `parents_scored_with` is that of the generation before.
 ---@param world limax.world
 ---@param fields table
 ---@return limax.population.scored
@@ -275,7 +288,7 @@ function Population:score(with)
     end }
   check_trials_read(self, law, wanted)
   self.ranked = metrics.rank(self.records)
-  self.scored_with, self.fitness = self.scored_with or with, law
+  self.scored_with, self.scored_by = self.scored_with or with, law
   if #self.simulations > 0 then self.scored_with = with end
   if #self.ranked == 0 then failure.raise(1, failure_text(self)) end
   local constant = self.generation == 0 and constant_text(self)

@@ -39,7 +39,7 @@ local function standard_score(run, robots)
   local again, simulations = population.simulate_again(robots, mask, world.first_materials)
   local score
   if again[best].status == "done" then
-    score = scoring.call(robots.fitness.call, again[best], state.copy(world.state))
+    score = scoring.call(robots.scored_by.call, again[best], state.copy(world.state))
   end
   population.free(simulations, "its robot had been scored under the first materials")
   return score

@@ -62,6 +62,10 @@ suite:test("names that do not exist", { limit = 60 }, function(t)
     supervisor "return { mutation_rate = history.best }")
   says(t, 1, 'a body\'s count has no "bones"; did you mean "bone"?',
     fitness "return (robot.body.count.bones or 0)")
+  says(t, 1, 'try.lua:5: a population has no "rank"; did you mean "ranked"?',
+    selection "return population.rank[1], 1")
+  says(t, 0, "", "", "", "for robots in limax.start(experiment):generations() do"
+    .. " assert(not (robots.archive or robots.island or robots.state)) end return experiment")
 end)
 
 suite:test("what a script may not change", { limit = 60 }, function(t)
