@@ -18,7 +18,8 @@ local stream_rule = schema.choice(names.stream.names)
 ---@class limax.random
 ---@field draw integer numbers drawn so far
 local methods = strict.methods "random"
-local class = { __index = methods }
+local class = { __index = methods, __newindex = strict.read_only("a random",
+  "what a function keeps is in its last argument, `state`") }
 
 -- The number of the next draw.
 local function next_draw(self)

@@ -5,6 +5,7 @@
 local engine = require "limax.engine"
 local host = require "limax.host"
 local run_files = require "limax.settings.run_files"
+local source = require "limax.base.source"
 local view = require "limax.engine.view"
 
 ---@class limax.archived
@@ -87,11 +88,11 @@ function Archive:update(robots)
   end
 end
 
---- A copy of the list of rows, for scripts, which may sort it.
+--- Copies of the rows, for scripts, which may change them and name them as parents.
 ---@return limax.archive.row[]
 function Archive:list()
-  local list = {}
-  for k, row in ipairs(self.rows) do list[k] = row end
+  local list = source.copy(self.rows)
+  for k, row in ipairs(self.rows) do self.kept[list[k]] = self.kept[row] end
   return list
 end
 

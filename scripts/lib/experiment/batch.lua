@@ -17,13 +17,21 @@ local batch = {}
 ---@field records table[] of all robots, in a mutation or crossover
 local methods = strict.methods "robots"
 
+batch.GENES_ONLY = "a body depends on its genes only, because elites are expressed again"
+
 local FIELDS = { generation = true, lattice = true, materials = true,
   parameters = true, state = true, records = true, parent_records = true, parts = true }
 
 local class = {}
 
-function class.__index(_, key)
+-- What elites, which are expressed again in later generations, would not find as it was.
+local NOT_OF_GENES = { generation = true, parameters = true, state = true, records = true }
+
+function class.__index(self, key)
   if type(key) == "number" then return nil end -- the end of the list
+  if NOT_OF_GENES[key] and self.parts.express then
+    engine.fail(("robots.%s: express has none: %s"):format(key, batch.GENES_ONLY))
+  end
   return methods[key] or not FIELDS[key] and strict.unknown("robots", key, FIELDS, methods) or nil
 end
 
@@ -38,8 +46,23 @@ function batch.new(rows, fields)
   return setmetatable(fields, class)
 end
 
--- Calls work(first, count) for every run of successive rows.
-local function each_run(rows, work)
+-- Ends the call unless robot i is one of these: others are elites, whose genes stay.
+local function require_row(self, i, what)
+  if self.parts.has[i] then return end
+  engine.fail(("%s %s is none of these: visit them with for _, i in ipairs(robots) do"):format(what,
+    schema.show(i)))
+end
+
+-- Calls work(first, count) for every run of successive rows; all robots if left out.
+local function each_run(self, name, rows, work)
+  if rows ~= nil and type(rows) ~= "table" then
+    engine.fail(("robots:%s: expected a list of robots such as { %s }, got %s"):format(name,
+      type(rows) == "number" and rows or "i", schema.show(rows)))
+  end
+  rows = rows or self
+  for k, row in ipairs(rows) do
+    require_row(self, row, ("robots:%s: rows[%d] ="):format(name, k))
+  end
   local first
   for k, row in ipairs(rows) do
     first = first or row
@@ -55,10 +78,7 @@ end
 -- Robot i of a view of all robots, which is made once and ends when the engine writes.
 local function part_of(self, name, i)
   local parts = self.parts
-  if not parts.has[i] then
-    engine.fail(("robot %s is none of these: visit them with for _, i in ipairs(robots) do"):format(
-      schema.show(i)))
-  end
+  if not parts.has[i] then require_row(self, i, "robot") end
   parts[name] = parts[name] or parts.population[name](parts.population)
   return parts[name][i]
 end
@@ -109,7 +129,7 @@ end
 function methods:random(i)
   local parts = self.parts
   if not parts.counter then
-    engine.fail "robots:random: a body depends on its genes only: elites are expressed again"
+    engine.fail("robots:random: " .. batch.GENES_ONLY)
   end
   return engine.random(parts.seed, parts.repetition, "variation", self.generation,
     parts.counter + i)
@@ -121,16 +141,16 @@ end
 ---@param rows? integer[] all of these robots if left out
 function methods:initialize(rows)
   end_views(self)
-  each_run(rows or self, function(first, count)
+  each_run(self, "initialize", rows, function(first, count)
     self.parts.population:initialize(first, count, self.generation)
   end)
 end
 
 -- Breeds rows with these rates.
-local function breed(self, rows, parents, pairs_of_parents, rates)
+local function breed(self, name, rows, parents, pairs_of_parents, rates)
   local parts = self.parts
   end_views(self)
-  each_run(rows or self, function(first, count)
+  each_run(self, name, rows, function(first, count)
     local of_rows = {}
     for k = 1, count do of_rows[k] = pairs_of_parents[first + k - 1] end
     parts.population:breed(parents, of_rows, { seed = parts.seed,
@@ -145,9 +165,11 @@ end
 ---@param rate? number crossover_rate of the parameters if left out
 function methods:cross(rows, rate)
   pair_of(self, self[1] or 1)
-  breed(self, rows, self.parts.parents, self.parts.pairs,
+  breed(self, "cross", rows, self.parts.parents, self.parts.pairs,
     { crossover_rate = rate or self.parameters.crossover_rate })
 end
+
+local RATES = { mutation_rate = true, mutation_scale = true }
 
 --- Gaussian mutation by the engine: each gene changes with this chance by N(0, scale^2).
 ---@param rows? integer[] all of these robots if left out
@@ -155,11 +177,15 @@ end
 --- left out
 function methods:mutate(rows, rates)
   rates = rates or {}
+  if type(rates) ~= "table" then
+    schema.refuse("robots:mutate", "rates such as { mutation_scale = 0.3 }", rates)
+  end
+  schema.known(rates, RATES, "robots:mutate")
   local population, same = self.parts.population, {}
   local before = self.parts.empty()
   before:set_genomes(population:genomes_array())
   for i = 1, population.count do same[i] = { i, i } end
-  breed(self, rows, before, same, {
+  breed(self, "mutate", rows, before, same, {
     mutation_rate = rates.mutation_rate or self.parameters.mutation_rate,
     mutation_scale = rates.mutation_scale or self.parameters.mutation_scale })
   before:free()
@@ -169,7 +195,7 @@ end
 ---@param rows? integer[] all of these robots if left out
 function methods:express(rows)
   end_views(self)
-  each_run(rows or self, function(first, count)
+  each_run(self, "express", rows, function(first, count)
     self.parts.population:express(self.materials, { device = self.parts.device,
       largest_part = false }, first, count)
   end)

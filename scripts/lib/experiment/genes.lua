@@ -3,6 +3,9 @@
 
 local batch = require "limax.experiment.batch"
 local failure = require "limax.base.failure"
+local ffi = require "ffi"
+
+ffi.cdef "int memcmp(const void *one, const void *other, size_t size);"
 
 local genes = {}
 
@@ -24,13 +27,14 @@ local PHASE = { initialize = 0, mutation = 1, crossover = 2 }
 
 -- Calls a function of a script on rows of a population.
 local function call(what, own, rules, population, rows, fields)
-  local phase = PHASE[fields.phase]
+  local phase = PHASE[fields.phase] -- none in an express
   local robots = batch.new(rows, { generation = fields.generation, lattice = rules.lattice,
-    materials = rules.materials, parameters = rules.parameters, state = rules.state,
-    records = fields.records, parent_records = fields.parent_records,
+    materials = rules.materials, parameters = phase and rules.parameters,
+    state = phase and rules.state, records = fields.records,
+    parent_records = fields.parent_records,
     parts = { population = population, pairs = fields.pairs, parents = fields.parents,
       seed = rules.seed, repetition = rules.repetition, device = rules.device,
-      counter = phase and phase * 2 ^ 24, empty = rules.empty } })
+      express = not phase, counter = phase and phase * 2 ^ 24, empty = rules.empty } })
   local ok, problem, trace = failure.attempt_watched(what, own, robots)
   if not ok then failure.raise_again(problem, trace) end
 end
@@ -65,8 +69,13 @@ function genes.express(rules, population, first, count)
   end
   first = first or 1
   count = count or population.count - first + 1
+  local before, size = population:genomes_array(), population.count * population.genes
   call("the encoding's express", rules.encoding.express, rules, population,
     rows_of(first, first + count - 1), {})
+  local after = population:genomes_array()
+  if ffi.C.memcmp(before:pointer(), after:pointer(), size * ffi.sizeof "float") ~= 0 then
+    failure.raise(1, "the encoding's express changed genes: " .. batch.GENES_ONLY)
+  end
   population:check(rules.materials,
     { require_muscle = rules.require_muscle, largest_part = true }, first, count)
 end

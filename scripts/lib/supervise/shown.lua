@@ -22,7 +22,7 @@ local function unknown_parameter(parameters)
   return function(_, name) strict.unknown("parameters", name, parameters) end
 end
 
--- Each reader gets copies of the tables from which a proposal may be made.
+-- Each reader gets copies of tables: it may make a proposal of one.
 local View = { __newindex = strict.read_only("a generation of the history",
   "a supervisor returns what it proposes, such as { mutation_rate = 0.1 }") }
 
@@ -32,10 +32,8 @@ function View:__index(key)
     strict.unknown("a generation", key, KNOWN)
   elseif key == "parameters" then
     return setmetatable(source.copy(value), { __index = unknown_parameter(value) })
-  elseif key == "materials" then
-    return source.copy(value)
   end
-  return value
+  return key ~= "population" and source.copy(value) or value
 end
 
 function View:__pairs()

@@ -211,9 +211,12 @@ suite:test("a survival, a selection and an own loop may name rows as parents", f
     for child = 1, #robots do
       pairs_of_parents[child] = { robots.archive[1], robots.ranked[1] }
     end
+    -- rows are copies
+    robots.archive[1].fitness, robots.archive[1].descriptors[1] = 1e9, -1
     robots:breed { parents = pairs_of_parents, elites = {} }
   end
   t:equal(#loop.history, 3)
+  t:ok(loop.history[3].archive.best < 1e9)
 end)
 
 suite:test("neighbours are those of a search of all points", function(t)

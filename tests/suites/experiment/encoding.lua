@@ -198,6 +198,20 @@ suite:test("a wrong encoding or variation is refused with place and remedy", fun
     robots:random(i)
   end))
   fails("nan", { mutation = function(robots) robots:genes(robots[1])[1] = 0 / 0 end })
+  -- elites would change, or the bodies of elites
+  fails("robots:mutate: rows[1] = 1 is none of these", { mutation = function(robots)
+    robots:mutate { 1 }
+  end })
+  fails("the encoding's express changed genes", one(function(robots, i)
+    robots:genes(i)[1] = robots:genes(i)[1] + 1
+  end))
+  fails("robots.generation: express has none", one(function(robots) return robots.generation end))
+  fails("robots:mutate.rate: unknown field", { mutation = function(robots)
+    robots:mutate(nil, { rate = 0.5 })
+  end })
+  fails("robots:cross: expected a list of robots such as { 3 }", { crossover = function(robots)
+    for _, i in ipairs(robots) do robots:cross(i) end
+  end })
 end)
 
 return suite

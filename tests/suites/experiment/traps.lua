@@ -76,6 +76,12 @@ suite:test("what a script may not change", { limit = 60 }, function(t)
     p.mutation_rate = 0.9
     assert(history[#history].parameters.mutation_rate < 0.9)
     return p]])
+  says(t, 0, "", supervisor [[
+    history[#history].diversity.all.hamming = 9
+    assert(history[#history].diversity.all.hamming < 9)]])
+  -- the state is the last argument
+  says(t, 1, 'a random is read-only (assignment to "seen")',
+    "survival = function(robots, state) state.seen = 1 return { 1 } end")
   says(t, 0, "reason: best best_standard champion coarse", supervisor [[
     local names = {}
     for name, value in pairs(history[#history]) do names[#names + 1] = value and name end
