@@ -50,10 +50,16 @@ function failure.of_machine(value)
   return fault.is(value) and MACHINE[value.kind] and value.kind or nil
 end
 
---- Does a path or a frame of a traceback name a file of limax itself?
+--- Does a path or a frame of a traceback name a file of limax itself? Lua shortens a long path to
+--- its end, ".../limax/scripts/lib/main.lua".
 function failure.is_ours(text)
+  local home, shortened = host.home, text:match "^%s*%.%.%.([^:]*)" or ""
   for _, folder in ipairs { "/bindings/", "/scripts/lib/", "/scripts/commands/" } do
-    if text:find(host.home .. folder, 1, true) then return true end
+    local at = shortened:find(folder, 1, true)
+    if text:find(home .. folder, 1, true)
+      or at and home:sub(#home - at + 2) == shortened:sub(1, at - 1) then
+      return true
+    end
   end
   return false
 end

@@ -157,3 +157,10 @@ suite:test("a supervisor that fails costs the change, and is reported", { limit 
     end)
     t:ok(output:find("the supervisor failed in 1 of 2 generations", 1, true), output)
   end)
+
+suite:test("a file of limax is one also where Lua shortens its path", function(t)
+  local path = host.home .. "/scripts/lib/" .. ("x"):rep(36) .. ".lua"
+  local _, message = pcall(loadstring("error 'wrong'", "@" .. path))
+  t:equal(failure.bare(message), "wrong")
+  t:ok(not failure.is_ours ".../another/scripts/lib/x.lua:1: wrong")
+end)
