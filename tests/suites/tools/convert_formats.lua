@@ -292,9 +292,10 @@ end)
 
 suite:test("a run without a generation is refused", function(t)
   local folder = run(t)
-  for _, name in ipairs { "metrics", "ledger", "timing" } do
+  for _, name in ipairs { "metrics", "ledger", "timing", "hashes" } do
     write(("%s/run/%s.jsonl"):format(folder, name), "")
   end
+  t:ok(host.file.remove(folder .. "/run/checkpoint"))
   refused(t, folder, { "run", "b.tensorboard" }, "run: no generation has been scored yet")
 end)
 
