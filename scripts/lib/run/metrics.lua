@@ -45,32 +45,33 @@ local function count_problems(records)
   return failed, coarse
 end
 
--- Of each number that the fitness returned besides the score: the champion's, and mean, least and
--- most over the scored robots that have it. nil if it returned none.
-local function measures_of(records, champion)
-  local measures, sums, counts = {}, {}, {}
+-- Of a number that records or their measures have: the champion's, and mean, least and most over
+-- the scored robots that have it. nil if none has it.
+local function spread(records, champion, name, of)
+  local sum, count, least, most = 0, 0, math.huge, -math.huge
   for _, record in ipairs(records) do
-    for name, value in pairs(record.fitness and record.measures or {}) do
-      local each = measures[name] or { least = value, most = value }
-      measures[name] = each
-      sums[name], counts[name] = (sums[name] or 0) + value, (counts[name] or 0) + 1
-      each.mean = sums[name] / counts[name]
-      each.least, each.most = math.min(each.least, value), math.max(each.most, value)
-      each.champion = (champion.measures or {})[name]
+    local value = record.fitness and (of(record) or {})[name]
+    if value then
+      sum, count = sum + value, count + 1
+      least, most = math.min(least, value), math.max(most, value)
     end
   end
-  return next(measures) ~= nil and measures or nil
+  return count > 0 and { champion = (of(champion) or {})[name], mean = sum / count, least = least,
+    most = most } or nil
 end
 
--- The same of a field that the scored robots of some experiments have.
-local function spread(records, champion, name)
-  local list = {}
+local function itself(record) return record end
+local function its_measures(record) return record.measures end
+
+-- The numbers that the fitness returned besides the score; nil if it returned none.
+local function measures_of(records, champion)
+  local measures = {}
   for _, record in ipairs(records) do
-    if record[name] then
-      list[#list + 1] = { fitness = record.fitness, measures = { [name] = record[name] } }
+    for name in pairs(record.fitness and record.measures or {}) do
+      measures[name] = measures[name] or spread(records, champion, name, its_measures)
     end
   end
-  return (measures_of(list, { measures = { [name] = champion[name] } }) or {})[name]
+  return next(measures) and measures or nil
 end
 
 -- Best and mean fitness of each island; nil without islands.
@@ -116,9 +117,9 @@ function metrics.measure(population)
     diversity = without_nan(diversity.measure(population.engine, ranked, population.materials)),
     measures = measures_of(records, champion),
     islands = islands_of(records),
-    novelty = spread(records, champion, "novelty"),
-    age = spread(records, champion, "age"),
-    step_size = spread(records, champion, "step_size"),
+    novelty = spread(records, champion, "novelty", itself),
+    age = spread(records, champion, "age", itself),
+    step_size = spread(records, champion, "step_size", itself),
     champion = { id = champion.id, index = ranked[1], hash = champion.body.hash },
   }
 end
