@@ -98,7 +98,13 @@ end
 
 --- What metrics.jsonl has of it.
 ---@return table
-function Archive:measure() return self.definition.measure(self.rows) end
+function Archive:measure()
+  local rows, best = self.rows, nil
+  local line = self.definition.measure and self.definition.measure(rows) or {}
+  for _, row in ipairs(rows) do best = math.max(best or row.fitness, row.fitness) end
+  line.filled, line.best = #rows, best
+  return line
+end
 
 --- The lines of the newest generation's file.
 ---@return string
@@ -128,8 +134,8 @@ function Archive:genome(row) return self.kept[row].genome end
 ---@param genes integer of a genome
 function Archive:restore(folder, last, genes)
   for generation = 0, last do
-    local text, path = folder:archive_text(self.repetition, generation)
-    local rows = run_files.archive(text, path)
+    local text, path = folder:text("archive", self.repetition, generation)
+    local rows = run_files.archive(text or "", path)
     for _, row in ipairs(rows) do
       row.schema, row.generation = nil, generation
     end

@@ -33,7 +33,8 @@ local archive = strict.module "limax.archive"
 --- limax.archive.row[], random: limax.random|nil): limax.archive.row[], table<integer, boolean>|nil
 --- the candidates that enter, and the ids that leave; `place` has the row of each cell. Of rows
 --- that entered before (random is nil) all enter again.
----@field measure fun(rows: limax.archive.row[]): table what metrics.jsonl has of it
+---@field measure? fun(rows: limax.archive.row[]): table more than its size and best fitness, for
+--- metrics.jsonl
 ---@field appraise? fun(records: table[], rows: limax.archive.row[]) adds to the records of a scored
 --- generation, before any of them enters
 ---@field reference? number[] of the objectives

@@ -30,13 +30,9 @@ local function definition(options, count, cell_of)
     descriptors = options.descriptors,
     choose = function(rows, place, candidates) return choose(rows, place, candidates, cell_of) end,
     measure = function(rows)
-      local score, best = 0, nil
-      for _, row in ipairs(rows) do
-        score = score + (row.fitness - options.qd_offset)
-        best = math.max(best or row.fitness, row.fitness)
-      end
-      return { cells = count, filled = #rows, coverage = #rows / count, qd_score = score,
-        best = best }
+      local score = 0
+      for _, row in ipairs(rows) do score = score + (row.fitness - options.qd_offset) end
+      return { cells = count, coverage = #rows / count, qd_score = score }
     end,
   }
 end

@@ -95,11 +95,6 @@ function novelty.archive(options)
       for k = #list, options.capacity + 1, -1 do list[k] = nil end
       return list, leaving(rows, list, options.capacity)
     end,
-    measure = function(rows)
-      local best
-      for _, row in ipairs(rows) do best = math.max(best or row.fitness, row.fitness) end
-      return { filled = #rows, best = best }
-    end,
   }
 end
 

@@ -23,10 +23,5 @@ return function(options)
       end
       return entered, next(leaving) and leaving
     end,
-    measure = function(rows)
-      local best
-      for _, row in ipairs(rows) do best = math.max(best or row.fitness, row.fitness) end
-      return { filled = #rows, best = best }
-    end,
   }
 end
