@@ -139,7 +139,7 @@ local function plan(session, config)
       generations = folder.lines:last(r) + 1
       session.tally:add_earlier(r, function(visit) folder.lines:each_metrics(r, visit) end,
         function(generation)
-          return run_files.robots(folder:population_text(r, generation), "population")
+          return run_files.robots(folder:text("population", r, generation), "population")
         end)
     end
     session.generations = session.generations + generations

@@ -75,7 +75,7 @@ function record.entries(run)
     end,
     records = function(generation)
       local text = run.texts[generation]
-        or run.folder:population_text(run.repetition, generation)
+        or run.folder:text("population", run.repetition, generation)
       return run_files.robots(text, "generation " .. generation)
     end,
     build = function(entry, records) return rebuilt(run, entry, records) end,
@@ -136,7 +136,7 @@ end
 
 -- The newest populations of a run that is restored have their genomes.
 local function restore_genomes(run, entry, scores_valid)
-  local records = run_files.robots(run.folder:population_text(run.repetition, entry.generation),
+  local records = run_files.robots(run.folder:text("population", run.repetition, entry.generation),
     "generation " .. entry.generation)
   local robots = rebuilt(run, entry, records, run:new_robots())
   robots.engine:set_genomes(run.folder:genomes_of(run.repetition, entry.generation))
@@ -185,7 +185,7 @@ function record.read(run, folder)
     end
   end
   local before = run.upcoming and run.world.state
-    and folder:state_text(run.repetition, run.upcoming.generation)
+    and folder:text("state", run.repetition, run.upcoming.generation)
   if before then run.world.state = state.decode(before) end
 end
 

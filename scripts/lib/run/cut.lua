@@ -82,9 +82,8 @@ return function(folder, from)
   for _, name in ipairs(host.file.list(folder.path) or {}) do
     if name:match "^scripts" then folder:clean("/" .. name, math.huge) end
     local repetition = tonumber(name:match "^r(%d+)$")
-    for _, kind in ipairs(repetition and { "/population", "/champions", "/state",
-      "/archive" } or {}) do
-      folder:clean("/" .. name .. kind, folder.lines:last(repetition))
+    for _, place in pairs(repetition and verify.FILES or {}) do
+      folder:clean(("/%s/%s"):format(name, place[1]), folder.lines:last(repetition))
     end
   end
 end

@@ -7,6 +7,7 @@ local ffi = require "ffi"
 
 local cut = require "limax.run.cut"
 local failure = require "limax.base.failure"
+local generation_files = require "limax.run.generation_files"
 local host = require "limax.host"
 local keep_former = require "limax.run.keep_former"
 local lines = require "limax.run.lines"
@@ -32,7 +33,7 @@ local view = require "limax.engine.view"
 ---@field lines limax.run.lines finds the lines of those files
 ---@field scored table<integer, string|nil> hash of what scored the last restored generation
 ---@field scored_by string|nil hash of what scores its robots now
-local Folder = {}
+local Folder = setmetatable({}, { __index = generation_files })
 Folder.__index = Folder
 
 local run_folder = {}
@@ -166,21 +167,19 @@ function Folder:write_generation(written)
   -- the writer copies the array
   self.genomes = robots:genomes_array(self.genomes)
   local genomes = view.memory(self.genomes)
-  local function place(kind, ending)
-    return verify.place(repetition, kind, generation, ending)
-  end
-  for _, kind in ipairs { "population", "champions" } do
-    self:make_folder(source.folder_of(place(kind, "")))
+  local function place(kind) return verify.place(kind, repetition, generation) end
+  for _, kind in ipairs { "population", "champion" } do
+    self:make_folder(source.folder_of(place(kind)))
   end
   local champion, header = json(written.champion), npy.header("<f4", { robots.count, robots.genes })
   local bytes = ffi.sizeof(genomes)
-  self:write_later(place("population", ".jsonl"), written.text)
-  self:write_later(place("population", ".npy"), header, genomes, bytes)
-  self:write_later(place("champions", ".json"), champion)
+  self:write_later(place "population", written.text)
+  self:write_later(place "genomes", header, genomes, bytes)
+  self:write_later(place "champion", champion)
   for _, kind in ipairs { "state", "archive" } do
     if written[kind] then
-      self:make_folder(source.folder_of(place(kind, "")))
-      self:write_later(place(kind, verify.FILES[kind][2]), written[kind])
+      self:make_folder(source.folder_of(place(kind)))
+      self:write_later(place(kind), written[kind])
     end
   end
   local hashes = { schema = "limax.hashes/1", repetition = repetition, generation = generation,
@@ -366,74 +365,6 @@ function Folder:rewrite(name)
   local text = self.lines:sort(name)
   self.bytes[name] = #text
   self:write(name .. ".jsonl", text)
-end
-
--- A file of a generation.
-function Folder:read_generation(repetition, kind, generation, ending)
-  local path = self.path .. "/" .. verify.place(repetition, kind, generation, ending)
-  local text, message = source.read(path)
-  if not text then failure.raise(1, message) end
-  return text, path
-end
-
---- The text of a population file that is complete.
----@return string
-function Folder:population_text(repetition, generation)
-  self:settle()
-  return (self:read_generation(repetition, "population", generation, ".jsonl"))
-end
-
---- The text of a script's state after a generation; nil where it had none.
----@return string|nil
-function Folder:state_text(repetition, generation)
-  local file = verify.place(repetition, "state", generation, ".json")
-  if host.file.exists(self.path .. "/" .. file) ~= "file" then return nil end
-  return (self:read_generation(repetition, "state", generation, ".json"))
-end
-
---- The genomes of a generation.
----@return string float32 [robot][gene]
-function Folder:genomes_of(repetition, generation)
-  local bytes, path = self:read_generation(repetition, "population", generation, ".npy")
-  local array, message = npy.decode(bytes)
-  if not array then failure.raise(1, ("%s: %s"):format(path, message)) end
-  return array.data
-end
-
---- The rows that entered the archive in a generation; none where there was no archive.
----@return string text
----@return string path
-function Folder:archive_text(repetition, generation)
-  local file = verify.place(repetition, "archive", generation, ".jsonl")
-  if host.file.exists(self.path .. "/" .. file) ~= "file" then return "", file end
-  return self:read_generation(repetition, "archive", generation, ".jsonl")
-end
-
---- Some robots of a generation: their lines in its population file, and their genomes.
----@param indices integer[]
----@param genes integer of a genome
----@return table<integer, table> records
----@return table<integer, ffi.cdata*> genomes float[genes]
-function Folder:robots(repetition, generation, indices, genes)
-  local text = self:population_text(repetition, generation)
-  local path = self.path .. "/" .. verify.place(repetition, "population", generation, ".npy")
-  local file = assert(io.open(path, "rb"))
-  local size, wanted = genes * ffi.sizeof "float", {}
-  for _, index in ipairs(indices) do wanted[index] = true end
-  local records, genomes, index = {}, {}, 0
-  local offset = file:seek "end"
-  for line in text:gmatch "[^\n]*\n" do
-    index = index + 1
-    if wanted[index] then records[index] = run_files.robots(line, path)[1] end
-  end
-  offset = offset - index * size
-  for _, each in ipairs(indices) do
-    file:seek("set", offset + (each - 1) * size)
-    genomes[each] = ffi.new("float[?]", genes)
-    ffi.copy(genomes[each], file:read(size), size)
-  end
-  file:close()
-  return records, genomes
 end
 
 --- Lets other processes write this folder.

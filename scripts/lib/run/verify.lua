@@ -17,10 +17,10 @@ verify.FILES = { population = { "population", ".jsonl" }, genomes = { "populatio
   archive = { "archive", ".jsonl" } }
 
 --- The path of a file of one generation in the run folder.
----@param kind "population"|"champions"|"state"|"archive"
----@param ending string
-function verify.place(repetition, kind, generation, ending)
-  return ("r%02d/%s/g%04d%s"):format(repetition, kind, generation, ending)
+---@param kind "population"|"genomes"|"champion"|"state"|"archive"
+function verify.place(kind, repetition, generation)
+  local folder, ending = unpack(verify.FILES[kind])
+  return ("r%02d/%s/g%04d%s"):format(repetition, folder, generation, ending)
 end
 
 ---@class limax.run.damage
@@ -97,11 +97,11 @@ end
 
 local function check_files(state, path, hashes)
   local repetition, generation = hashes.repetition, hashes.generation
-  for name, place in pairs(verify.FILES) do
-    local file = verify.place(repetition, place[1], generation, place[2])
-    local text = hashes[name]
+  for kind in pairs(verify.FILES) do
+    local file = verify.place(kind, repetition, generation)
+    local text = hashes[kind]
       and read(state, path, file, { repetition = repetition, generation = generation })
-    if text and host.xxh3(text) ~= hashes[name] then
+    if text and host.xxh3(text) ~= hashes[kind] then
       table.insert(state.damage, { file = file, repetition = repetition, generation = generation,
         reason = "does not match its hash" })
     end
@@ -299,9 +299,8 @@ function verify.missing(path, bytes)
       file:seek "set"
       source.each_line(file, nil, function(line)
         local row = host.json.decode(line)
-        for kind, place in pairs(verify.FILES) do
-          local one = ("%s/%s"):format(path,
-            verify.place(row.repetition, place[1], row.generation, place[2]))
+        for kind in pairs(verify.FILES) do
+          local one = path .. "/" .. verify.place(kind, row.repetition, row.generation)
           if row[kind] and not host.file.exists(one) then
             message = one .. " is gone: something else removed it while the run went on"
           end

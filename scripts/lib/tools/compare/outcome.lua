@@ -50,8 +50,8 @@ end
 -- The state of a script after a run's last generation; nil where it had none.
 local function state_of(run)
   local line = run.lines[#run.lines]
-  local text = source.read(run.path .. "/"
-    .. verify.place(run.repetition, "state", line.generation, ".json"))
+  local text = source.read(run.path .. "/" .. verify.place("state", run.repetition,
+    line.generation))
   return text and state.decode(text)
 end
 

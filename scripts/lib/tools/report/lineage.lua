@@ -18,8 +18,7 @@ local lineage = {}
 local function robots_of(run)
   local by_id = {}
   for _, line in ipairs(run.lines) do
-    local path = run.path .. "/" .. verify.place(run.repetition, "population", line.generation,
-      ".jsonl")
+    local path = run.path .. "/" .. verify.place("population", run.repetition, line.generation)
     for _, robot in ipairs(run_files.robots(source.read(path) or "", path)) do
       by_id[robot.id] = by_id[robot.id] or robot
     end

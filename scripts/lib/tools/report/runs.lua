@@ -236,7 +236,7 @@ end
 --- The robot file of a generation's champion.
 ---@param line table of metrics
 function runs.champion(run, line)
-  return run.path .. "/" .. verify.place(run.repetition, "champions", line.generation, ".json")
+  return run.path .. "/" .. verify.place("champion", run.repetition, line.generation)
 end
 
 --- The champion of a generation as its robot file describes it; nil, message where the file is
