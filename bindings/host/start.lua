@@ -53,8 +53,8 @@ package.loaders = { package.loaders[1], search, search_path }
 -- ---- results depend on neither chance nor locale ------------------------------------------------
 
 function math.random()
-  error("math.random would make runs irreproducible: use the `random` argument of selection and "
-    .. "supervisor functions", 2)
+  error("math.random would make runs irreproducible: use the argument `random` of the function, or "
+    .. "robots:random(i) in an encoding", 2)
 end
 math.randomseed = math.random
 

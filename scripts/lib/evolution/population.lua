@@ -293,6 +293,8 @@ function Population:score(with)
   if #self.ranked == 0 then failure.raise(1, failure_text(self)) end
   local constant = self.generation == 0 and constant_text(self)
   if constant then world.say(constant) end
+  local descriptors = self.generation == 0 and (world.measured or {}).descriptors or {}
+  for _, text in ipairs(measures.beyond(descriptors, self.records)) do world.say(text) end
   if world.archive and #self.simulations > 0 then
     world.archive:update(self)
     self.archive = world.archive:list()

@@ -30,16 +30,22 @@ local function survive(run, robots, generation, parameters, named)
     random_of(run, generation, robots.island and run.config.population + robots.island or 0),
     run.world.state, source.copy(parameters))
   mating.check_unchanged(robots, ranking, "the survival")
-  mating.check_scored(robots, survivors, "survival: survivors")
+  local place = source.place(run.config.survival)
+  local what = place and ("survival (%s)"):format(place) or "survival"
+  if survivors == nil then
+    failure.raise(1, what .. " returned nil, expected a list of indices, which may be empty; does"
+      .. " every path of it end in `return`?")
+  end
+  mating.check_scored(robots, survivors, what .. ": survivors")
   if #survivors >= #robots then
-    failure.raise(1, ("survival: %d survivors leave no place for offspring in a population of %d")
-      :format(#survivors, #robots))
+    failure.raise(1, ("%s: %d survivors leave no place for offspring in %s of %d: return fewer")
+      :format(what, #survivors, robots.island and "an island" or "a population", #robots))
   end
   parents = parents or survivors[1] and survivors or robots.ranked
   local has_rows = parents ~= robots.ranked
-    and mating.check_parents(robots, parents, "survival: parents")
+    and mating.check_parents(robots, parents, what .. ": parents")
   if #parents == 0 then
-    failure.raise(1, "survival: parents: expected at least one, got an empty list")
+    failure.raise(1, what .. ": parents: expected at least one, got an empty list")
   end
   return survivors, mating.pool(robots, parents, has_rows)
 end

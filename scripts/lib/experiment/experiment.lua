@@ -171,13 +171,17 @@ end
 
 -- Where a name belongs that is no field of an experiment; nil for one that belongs nowhere.
 local function place_of(name)
-  for _, group in ipairs { "breeding", "genome", "simulation", "supervision" } do
+  for _, group in ipairs { "breeding", "genome", "simulation", "supervision", "islands" } do
     if fields[group] and fields[group][name] then
       return ("it belongs in %s = { %s = ... }"):format(group, name)
     end
   end
   for _, effect in ipairs(engine.effects()) do
     if effect.name == name then return ("it belongs in scene = { %s = ... }"):format(name) end
+  end
+  if genome_fields[name] then return ("it belongs in genome = { %s = ... }"):format(name) end
+  if name == "descriptors" then
+    return 'it belongs in archive = { "grid", descriptors = ... }'
   end
   if name == "device" or name == "threads" then
     return ("it is an option of limax run: --%s"):format(name)
@@ -241,7 +245,7 @@ local function resolve(spec, origin)
   config.scene, message = read.scene(spec.scene == nil and defaults.scene or spec.scene)
   if message then return nil, message end
   parts, message = named_parts.of(spec)
-  message = message or island_rules.problem(config, parts.survival.name)
+  message = message or island_rules.problem(config, parts.survival)
   if message then return nil, message end
 
   if spec.record == nil then
@@ -266,12 +270,14 @@ local function resolve(spec, origin)
   local encoding, steps
   encoding, message, steps = named_parts.genome(config, spec, base)
   if message then return nil, message end
+  for _, note in ipairs(named_parts.unused(spec, parts, steps)) do notes[#notes + 1] = note end
   config.schema = "limax.config/1"
   config.name = config.name or default_name(spec, origin)
   config.fitness = source.describe(spec.fitness, base)
   config.selection = source.describe(parts.selection_named, base)
   for _, note in ipairs(plausible.breeding_notes(config)) do notes[#notes + 1] = note end
   notes[#notes + 1] = own_variables.note(spec, base)
+  notes[#notes + 1] = island_rules.note(config)
   config.supervisor = source.describe(spec.supervisor or defaults.supervisor, base)
   config.survival = spec.survival ~= defaults.survival and source.describe(spec.survival, base)
     or nil

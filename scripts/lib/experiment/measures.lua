@@ -113,8 +113,11 @@ local function named(name)
   return { name = name, record = {}, of_fitness = true, call = function(robot)
     local value = (robot.measures or {})[name]
     if value == nil then
+      local known = { unpack(names) }
+      for returned in pairs(robot.measures or {}) do known[#known + 1] = returned end
+      table.sort(known)
       failure.raise(1, ("%s is neither a measure of limax nor one that the fitness returned%s")
-        :format(schema.show(name), suggest.ending(name, names)))
+        :format(schema.show(name), suggest.ending(name, known)))
     end
     return value
   end }
@@ -171,7 +174,7 @@ function measures.rule(options)
       return nil, ("%s: is missing; name one or more measures: %s"):format(path,
         table.concat(names, ", "))
     end
-    local size, list = schema.list_size(value), {}
+    local size, list, seen = schema.list_size(value), {}, {}
     if not size or size < (options.least or 1) or size > options.most then
       return nil, ("%s: expected a list of %d to %d measures, got %s"):format(path,
         options.least or 1, options.most, size and size .. " entries" or schema.show(value))
@@ -186,7 +189,12 @@ function measures.rule(options)
           measure.unit and " in " .. measure.unit or "",
           measure.own and "f" or schema.show(measure.name))
       end
+      if measure and not message and seen[measure.name] then
+        message = ("%s: %s is in the list already%s"):format(place, schema.show(measure.name),
+          measure.own and '; give each function a name: { f, name = "legs" }' or "")
+      end
       if message then return nil, message end
+      seen[measure.name] = true
       measure.title = ("%s %d (%s)"):format(options.objective and "objective" or "descriptor", k,
         measure.name)
       list[k] = measure
@@ -202,6 +210,17 @@ end
 
 local KINDS = { "descriptors", "objectives" }
 
+-- Do two lists name the same objectives?
+local function equal(one, other)
+  local same = #one.objectives == #other.objectives
+  for k, measure in ipairs(one.objectives) do
+    local second = other.objectives[k] or {}
+    same = same and measure.name == second.name and measure.sign == second.sign
+      and (not measure.own or measure.call == second.call)
+  end
+  return same
+end
+
 --- What an experiment measures for its archive and its survival.
 ---@param parts { fitness: limax.fitness, survival: limax.survival.scheme, archive:
 --- limax.archive.definition|nil }
@@ -209,8 +228,8 @@ local KINDS = { "descriptors", "objectives" }
 ---@return string|nil message
 function measures.of(parts)
   local archive, survival = parts.archive or {}, parts.survival
-  if archive.objectives and survival.objectives then
-    return nil, ("archive.objectives: the survival %q names objectives already; name them once")
+  if archive.objectives and survival.objectives and not equal(archive, survival) then
+    return nil, ("archive.objectives: the survival %q has others; both must be the same")
       :format(survival.name)
   elseif survival.needs and not choice.contains(survival.needs, archive.name) then
     return nil, ('survival: %q needs %s: archive = { %q, descriptors = { "muscle_share",'
@@ -235,7 +254,8 @@ end
 -- What is wrong with a value; nil if right. A value that is not finite comes from the robot.
 local function complaint(value)
   if type(value) ~= "number" then
-    return schema.show(value) .. ", expected a number", false
+    return schema.show(value) .. ", expected a number"
+      .. (value == nil and "; does every path of the function end in `return`?" or ""), false
   elseif value ~= value or math.abs(value) > run_files.LARGEST_SCORE then
     return tostring(value) .. ", expected a finite number up to 1e150", true
   end
@@ -254,10 +274,38 @@ local function values_of(list, robot, state)
       return nil, begin .. failure.bare(value), false, begin .. tostring(trace)
     end
     local message, excusable = complaint(value)
-    if message then return nil, ("%s is %s"):format(title, message), excusable end
+    if message then
+      local info = measure.own and debug.getinfo(measure.call, "S")
+      local place = info and (" (%s:%d)"):format(info.short_src, info.linedefined) or ""
+      return nil, ("%s is %s%s"):format(title, message, place), excusable
+    end
     values[k] = value
   end
   return values
+end
+
+--- What to say of descriptors that more than half of the robots have beyond their range.
+---@param list limax.measure[]
+---@param records table[]
+---@return string[]
+function measures.beyond(list, records)
+  local texts = {}
+  for k, measure in ipairs(list) do
+    local range, count, scored, least, most = measure.range, 0, 0, math.huge, -math.huge
+    for _, record in ipairs(range and records or {}) do
+      local value = record.fitness and record.descriptors[k]
+      if value then
+        scored, least, most = scored + 1, math.min(least, value), math.max(most, value)
+        if value < range[1] or value > range[2] then count = count + 1 end
+      end
+    end
+    if 2 * count > scored then
+      texts[#texts + 1] = ("%d of %d robots of generation 0 have the %s beyond its range { %.4g,"
+        .. " %.4g }, and count as its ends: they have %.4g to %.4g"):format(count, scored,
+        measure.title, range[1], range[2], least, most)
+    end
+  end
+  return texts
 end
 
 --- Adds to a robot's record what is measured of it.

@@ -67,6 +67,27 @@ function named_parts.of(spec)
   return parts
 end
 
+--- Parameters of `breeding` that a script sets and that no part uses.
+---@param spec table
+---@param parts table
+---@param steps { mutation: limax.variation.step, crossover: limax.variation.step }
+---@return string[] notes
+function named_parts.unused(spec, parts, steps)
+  local own, list = spec.breeding or {}, {}
+  local function note(name, is_unused, what)
+    if own[name] ~= nil and is_unused then
+      list[#list + 1] = ("breeding.%s: %s does not use it"):format(name, what)
+    end
+  end
+  local survival = parts.survival.name
+  note("elite_fraction", survival ~= "elitist" and survival ~= "function",
+    ("the survival %q"):format(survival))
+  note("mutation_rate", steps.mutation.none, 'the mutation "none"')
+  note("mutation_scale", steps.mutation.none, 'the mutation "none"')
+  note("crossover_rate", steps.crossover.none, 'the crossover "none"')
+  return list
+end
+
 --- The encoding and the variation of an experiment; leaves in `genome` the fields that it uses.
 ---@param config table
 ---@param spec table

@@ -52,7 +52,13 @@ local function entry_of(value, path, config, read)
       path, schema.show(value))
   end
   local entry, message = check_fields(value, path)
-  if not entry then return nil, message end
+  if not entry then
+    local name = message:match "%.([%w_]+): unknown field"
+    for _, effect in ipairs(engine.effects()) do
+      if effect.name == name then message = message .. "; effects belong in scene = { ... }" end
+    end
+    return nil, message
+  end
   for _, name in ipairs { "scene", "materials" } do
     if value[name] ~= nil then
       entry[name], message = read[name](value[name])

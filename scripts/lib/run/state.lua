@@ -25,19 +25,22 @@ local function problem(value, path, above)
     return ("%s is an object; keep the numbers and texts that are needed of it"):format(path)
   end
   above[value] = true
-  local count, names = #value, 0
+  local count, places, names = #value, 0, 0
   for key, entry in pairs(value) do
     local is_place = type(key) == "number" and key >= 1 and key <= count and key % 1 == 0
     if not is_place and type(key) ~= "string" then
-      return ("%s has the key %s; keys are names, or 1, 2, 3 without a gap"):format(path,
-        schema.show(key))
+      local remedy = type(key) == "number" and "; an id is a name as tostring(id)" or ""
+      return ("%s has the key %s; keys are names, or 1, 2, 3 without a gap%s"):format(path,
+        schema.show(key), remedy)
     end
-    names = names + (is_place and 0 or 1)
+    if is_place then places = places + 1 else names = names + 1 end
     local message = problem(entry, path .. (is_place and ("[%d]") or ".%s"):format(key), above)
     if message then return message end
   end
   above[value] = nil
-  if count > 0 and names > 0 then
+  if places < count then
+    return ("%s is a list with gaps; table.remove(list, k) leaves none"):format(path)
+  elseif count > 0 and names > 0 then
     return path .. " has both names and places 1, 2, ...; use two tables"
   end
 end

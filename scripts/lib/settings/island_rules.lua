@@ -1,4 +1,5 @@
---- island_rules.lua: the field `islands` of an experiment, and whether it fits the other fields.
+--- island_rules.lua: the field `islands` of an experiment, and whether the population, or each
+--- island, has enough robots.
 
 local defaults = require "limax.settings.defaults"
 local schema = require "limax.engine.schema"
@@ -18,21 +19,40 @@ function island_rules.check(value, path)
   return complete(value, path)
 end
 
+--- Islands that never exchange a robot; nil if they do.
+---@param config table
+---@return string|nil note
+function island_rules.note(config)
+  local options = config.islands
+  if not options or options.every < config.generations or options.migrants == 0 then return nil end
+  return ("islands.every: no robot is exchanged: %d generations between exchanges, and the run has"
+    .. " %d"):format(options.every, config.generations)
+end
+
 --- What is wrong with the islands of a configuration; nil if nothing.
 ---@param config table
----@param survival string a library name, or "function"
+---@param survival limax.survival
 ---@return string|nil message
 function island_rules.problem(config, survival)
   local options = config.islands
+  local size = config.population / (options and options.count or 1)
+  if survival.newcomers and survival.newcomers >= size and size % 1 == 0 then
+    return ("survival.newcomers: expected at most %d, one robot less than %s has, got %d"):format(
+      size - 1, options and "an island" or "the population", survival.newcomers)
+  end
   if not options then return nil end
-  local size = config.population / options.count
   if size % 1 ~= 0 or size < 2 then
+    local counts = {}
+    for count = 2, config.population / 2 do
+      if config.population % count == 0 then counts[#counts + 1] = count end
+    end
     return ("islands.count: the population of %d robots does not make %d equal islands of at least"
-      .. " 2 robots"):format(config.population, options.count)
+      .. " 2 robots%s"):format(config.population, options.count,
+      counts[1] and "; it makes " .. table.concat(counts, ", ", 1, math.min(#counts, 12)) or "")
   elseif options.migrants >= size then
     return ("islands.migrants: expected at most %d, one robot less than an island has, got %d")
       :format(size - 1, options.migrants)
-  elseif survival == "map_elites" then
+  elseif survival.name == "map_elites" then
     return 'islands: the survival "map_elites" breeds all robots from one archive, so islands would'
       .. " not differ; leave out one of them"
   end

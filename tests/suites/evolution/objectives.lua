@@ -184,9 +184,12 @@ suite:test("mistakes are refused with field and remedy", function(t)
   refused('survival "nsga2".objectives: expected a list of 2 to 8 measures', nsga2 { "distance" })
   refused('unknown measure "distanc".*"distance"', nsga2 { "distanc", "-mass" })
   refused("reference: expected one number for each of the 2 objectives", nsga2(OBJECTIVES, { 1 }))
-  refused('archive.objectives: the survival "nsga2" names objectives already',
-    { survival = { "nsga2", objectives = OBJECTIVES },
-      archive = { "pareto", objectives = OBJECTIVES } })
+  local both = { survival = { "nsga2", objectives = OBJECTIVES },
+    archive = { "pareto", objectives = OBJECTIVES } }
+  t:equal(evolution.small(both).archive.name, "pareto")
+  both.archive = { "pareto", objectives = { "distance", "mass" } }
+  refused('archive.objectives: the survival "nsga2" has others; both must be the same', both)
+  refused("survival.newcomers: expected at most", { survival = { "age_fitness", newcomers = 99 } })
   refused('survival: "novelty" needs a novelty archive', { survival = "novelty" })
   refused("threshold and add: name one", { archive = { "novelty", descriptors = { "mass" },
     threshold = 1, add = 1 } })

@@ -57,12 +57,12 @@ suite:test("a wrong list ends the run with the place in it", function(t)
       finished { survival = function(robots) return result(robots) end }
     end)
   end
-  refused("survival: survivors: expected a list of indices, got nil", function() end)
-  refused("survival: survivors%[1%] is 7; expected an index from 1 to 6",
+  refused("survival %(.*survival.lua:%d+%) returned nil, expected a list of indices", function() end)
+  refused("survival %(.*survival.lua:%d+%): survivors%[1%] is 7; expected an index from 1 to 6",
     function() return { 7 } end)
   refused("survivors%[2%] = %d is in the list already, at place 1",
     function(robots) return { robots.ranked[1], robots.ranked[1] } end)
-  refused("survival: 6 survivors leave no place for offspring",
+  refused("6 survivors leave no place for offspring in a population of 6: return fewer",
     function(robots) return robots.ranked end)
 end)
 
@@ -120,6 +120,7 @@ suite:test("a state that no file can hold is refused with its place", function(t
   refused("state%.f is a function; it may hold numbers", { f = print })
   refused("state%.list%[2%] is nan", { list = { 1, 0 / 0 } })
   refused("state%.archive has the key 7; keys are names, or 1, 2, 3", { archive = { [7] = 1 } })
+  refused("state%.gaps is a list with gaps", { gaps = { 1, 2, nil, 4 } })
   refused("state%.mixed has both names and places", { mixed = { 1, x = 2 } })
   t:raises("state: expected a function that returns a table", function()
     evolution.small { state = {} }
