@@ -16,6 +16,7 @@ local population = require "limax.evolution.population"
 local record = require "limax.evolution.record"
 local runs = require "limax.evolution.run"
 local select = require "limax.evolution.select"
+local state = require "limax.run.state"
 local supervision = require "limax.supervise.supervision"
 
 local Run = runs.methods
@@ -103,6 +104,7 @@ local function finish_generation(run, robots, choice)
   if not robots.scored_with then robots:score() end
   local last = run.history[#run.history]
   if not last or last.generation < robots.generation then record.write(run, robots) end
+  run.world.state = state.copy(run.world.state)
   run.upcoming = budget.allows_another(run.config, robots.generation + 1, run.evaluations)
     and next_generation(run, robots, choice)
 end
@@ -149,6 +151,8 @@ function Run:generations()
       self.upcoming = first_generation(self)
     end
     self.population, self.upcoming = self.upcoming or nil, nil
+    local kept = self.world.state
+    if self.population then self.population.state_text = kept and state.encode(kept) end
     if not self.population then
       local text = supervision.end_text(self.experiment.supervisor, self.history)
       if text then self:say(("repetition %d: %s"):format(self.repetition, text)) end

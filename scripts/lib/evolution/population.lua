@@ -12,6 +12,7 @@ local measures = require "limax.experiment.measures"
 local metrics = require "limax.run.metrics"
 local robot_trials = require "limax.robot.robot_trials"
 local schema = require "limax.engine.schema"
+local state = require "limax.run.state"
 local strict = require "limax.engine.strict"
 local scored_robot = require "limax.robot.scored_robot"
 local scoring = require "limax.robot.scoring"
@@ -48,7 +49,7 @@ local scoring = require "limax.robot.scoring"
 ---@field evaluations integer robots simulated for their score
 ---@field timing table<string, number> s of each step
 ---@field island integer|nil number of the island of which survival and selection see the robots
----@field state table|nil that of the experiment's functions; scripts may write to it
+---@field state table|nil that of the experiment's functions; a loop may write to it after `score`
 local Population = strict.methods "population"
 local class = { methods = Population }
 
@@ -58,8 +59,8 @@ for name in ([[ranked generation repetition parameters engine materials records 
     evaluations timing island state]]):gmatch "%S+" do
   FIELDS[name] = true
 end
-for name in ([[ledger scored_by scored_with parents_scored_with supervision supervisor_failed
-    parents]]):gmatch "%S+" do
+for name in ([[ledger scored_by scored_with state_text parents_scored_with supervision
+    supervisor_failed parents]]):gmatch "%S+" do
   OF_LOOP[name] = true
 end
 
@@ -101,7 +102,8 @@ end
 
 --- Makes a generation from its fields: those of limax.population.scored, and `ledger`, how it got
 --- its parameters. Scoring adds its fitness: `scored_with` as it was passed to `score`, `scored_by`
---- as resolved. `parents_scored_with` is that of the generation before.
+--- as resolved, and `state_text`, the state as it left it. `parents_scored_with` is that of the
+--- generation before.
 ---@param world limax.world
 ---@param fields table
 ---@return limax.population.scored
@@ -260,6 +262,15 @@ local function constant_text(robots)
     .. " tell them apart; does the fitness read the robot?"):format(#robots.ranked, first.fitness)
 end
 
+-- A loop that resumes with this generation runs again, and the functions that score do not.
+local function check_state(robots)
+  local before = robots.state_text
+  if before and state.encode(robots.world.state) ~= before then
+    failure.raise(2, "score: the loop changed population.state before score; change it between"
+      .. " score and breed: a loop that resumes repeats what is there, and not the scores")
+  end
+end
+
 --- Scores every robot that ended well: by the experiment's fitness, or by another one. Elites and
 --- robots read from a run folder keep a valid score.
 ---@param with? string|table|fun(robot: table): number, number[]?
@@ -268,6 +279,7 @@ function Population:score(with)
   local world, parents_with = self.world, self.parents_scored_with
   local law = with == nil and world.fitness or fitness.get(with)
   with = with == nil and world.fitness or with
+  check_state(self)
   -- an elite keeps its score only under the fitness that gave it
   if parents_with ~= nil and parents_with ~= with then
     for i, record in ipairs(self.records) do
@@ -299,6 +311,7 @@ function Population:score(with)
     world.archive:update(self)
     self.archive = world.archive:list()
   end
+  self.state_text = world.state and state.encode(world.state)
   self.timing.fitness = self.timing.fitness + host.clock() - began
   return self
 end

@@ -117,7 +117,6 @@ function record.write(run, robots)
   line.archive = archive and archive:measure()
   line.front = front_of(run.world, robots)
   local text = history.encode(robots.records)
-  local kept = run.world.state and state.encode(run.world.state)
   local entry = remember(run, line, robots.ledger)
   entry.population = robots
   run.evaluations = run.evaluations + line.evaluations
@@ -126,10 +125,9 @@ function record.write(run, robots)
   else
     robots.timing.write = run.folder:write_generation { metrics = line, ledger = robots.ledger,
       seconds = robots.timing, supervision = robots.supervision, text = text,
-      state = kept, archive = archive and archive:text(), engine = robots.engine,
+      state = robots.state_text, archive = archive and archive:text(), engine = robots.engine,
       champion = robots[robots.ranked[1]]:table() }
   end
-  run.world.state = kept and state.decode(kept)
   population.end_traces(robots, "its population was bred")
   if run.on_generation then run.on_generation(entry, robots.timing) end
 end

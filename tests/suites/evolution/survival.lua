@@ -107,6 +107,13 @@ suite:test("an own loop reads and writes the state", function(t)
     last = population
   end
   t:equal(#last.state.seen, 3)
+
+  run = limax.start(evolution.small { state = function() return { seen = 0 } end },
+    { say = evolution.silent })
+  t:raises("the loop changed population%.state before score; change it between score and breed",
+    function()
+      for population in run:generations() do population.state.seen = population.generation end
+    end)
 end)
 
 suite:test("a state that no file can hold is refused with its place", function(t)

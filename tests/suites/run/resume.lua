@@ -324,15 +324,17 @@ suite:test("a run continues with the copy of a script that is gone", { limit = 6
 end)
 
 -- An own loop that ends with an error in generation `arg[2]`, before that is bred. Its fitness
--- reads a trace, and its elites are chosen by a measure.
+-- reads a trace, and its elites are chosen by a measure. Fitness and loop write to the state.
 local OWN_LOOP = [[
 local limax = require "limax"
 local experiment = limax.experiment {
   name = "own", lattice = { 2, 2, 2 }, population = 8, generations = 6, repetitions = 1,
   simulation = { duration = 0.3, settle = 0.1 }, record = { center_of_mass = 20 },
-  fitness = function(robot)
+  state = function() return { scored = 0, rising = 0 } end,
+  fitness = function(robot, state)
     local path = robot:trace "center_of_mass"
-    return robot:distance(), { rise = path[path:size()][3] }
+    state.scored = state.scored + 1
+    return robot:distance() + 1e-6 * state.rising, { rise = path[path:size()][3] }
   end,
 }
 for robots in limax.start(experiment, { out = arg[1], resume = true }):generations() do
@@ -342,7 +344,8 @@ for robots in limax.start(experiment, { out = arg[1], resume = true }):generatio
   for _, i in ipairs(best) do
     if robots[i].measures.rise > robots[rising].measures.rise then rising = i end
   end
-  local pairs_of_indices = {}
+  local pairs_of_indices, state = {}, robots.state
+  state.rising = state.rising + rising + state.scored
   for child = 1, 6 do pairs_of_indices[child] = { rising, best[child % #best + 1] } end
   local other = best[1] == rising and best[2] or best[1]
   robots:breed { parents = pairs_of_indices, elites = { rising, other }, mutation_rate = 0.2 }
