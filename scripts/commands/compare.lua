@@ -64,7 +64,7 @@ function command.run(arguments)
     warned[run.path] = true
   end
   local groups = arms.group(list)
-  local entry, outcomes = recorded.entries[arguments.outcome], nil
+  local entry, outcomes = recorded.entries[arguments.outcome]
   if entry then
     outcomes = recorded.measure(list, arguments.outcome)
   else

@@ -14,7 +14,8 @@ local command = {
   text = [[
 Lists the run folders in DIR ("runs" if left out), up to three folders deep, which includes the runs
 of a study. DIR may be a run folder itself. A run that cannot be read is listed as damaged, with the
-reason on the standard error; the status is then still 0, with --check it is 1.]],
+reason on the standard error; the status is then still 0, with --check it is 1. Where a run has an
+archive with cells, coverage and QD score are those of its repetition with the larger QD score.]],
   positional = { most = 1, name = "DIR" },
   options = { { name = "check",
     text = "read every file of each run, and name those that are damaged" } },
@@ -46,16 +47,21 @@ end
 local function row_of(path)
   local fine, folder = failure.attempt(runs.read, path)
   if not fine then return nil, failure.bare(folder) end
-  local best
+  local best, archive
   for _, run in ipairs(folder.runs) do
     for _, line in ipairs(run.lines) do
       local score = runs.score(line)
       if score and (not best or score > best) then best = score end
     end
+    local kept = run.lines[#run.lines].archive
+    if kept and kept.qd_score and not (archive and archive.qd_score >= kept.qd_score) then
+      archive = kept
+    end
   end
   local config = folder.config
   return { terminal.word(path), folder.status.state, terminal.word(supervisor_name(config)),
-    tostring(config.seed), #folder.runs, ("%d/%d"):format(runs.generations(folder)), best or "-" }
+    tostring(config.seed), #folder.runs, ("%d/%d"):format(runs.generations(folder)), best or "-",
+    archive and archive.coverage or nil, archive and archive.qd_score or nil }
 end
 
 -- Prints what is damaged in each folder; status 1 where something is.
@@ -92,8 +98,11 @@ function command.run(arguments)
     rows[k] = row or { terminal.word(each), "damaged" }
     if problem then problems[#problems + 1] = ("limax: %s\n"):format(terminal.word(problem)) end
   end
-  output.write(terminal.table({ "run", "state", "arm", "seed", "repetitions", "generations",
-    "best" }, rows, terminal.style()), "\n")
+  local columns = { "run", "state", "arm", "seed", "repetitions", "generations", "best" }
+  for _, row in ipairs(rows) do
+    if row[9] then columns[8], columns[9] = "coverage", "QD score" end
+  end
+  output.write(terminal.table(columns, rows, terminal.style()), "\n")
   output.warn(table.concat(problems))
   return 0
 end

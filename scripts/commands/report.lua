@@ -15,9 +15,11 @@ local command = {
   text = [[
 Each RUN is a run folder, or the folder of a study. The page is one file that opens from disk and
 loads nothing: report.html in the folder of the first RUN, or where --out says. Runs in progress are
-read as they are. With --figures the figures of a paper are written instead: SVG and PDF of 85 and
-175 mm, and the numbers drawn as CSV. The comparison of several arms needs --trust where the fitness
-is a function of a script, as `limax compare` does.]],
+read as they are. A run with an archive or objectives has its map or its Pareto front: click a
+robot, or choose it with the arrow keys, to see its numbers and its body. With --figures the figures
+of a paper are written instead: SVG and PDF of 85 and 175 mm, and the numbers drawn as CSV. The
+comparison of several arms needs --trust where the fitness is a function of a script, as
+`limax compare` does.]],
   positional = { least = 1, name = "RUN" },
   options = {
     { name = "out", argument = "FILE", text = "write the page there" },

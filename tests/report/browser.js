@@ -42,6 +42,30 @@
     seen.read_out = document.querySelector("figure.chart output").textContent;
   }
 
+  // Chooses robots of the archive's map.
+  function chosen() {
+    const figure = document.querySelector("#archive figure.chart");
+    const { robots, left, top } = JSON.parse(figure.querySelector("script").textContent);
+    const svg = figure.querySelector("svg");
+    const output = figure.querySelector("output");
+    const click = (x, y) => {
+      const box = svg.getBoundingClientRect();
+      const zoom = box.width / svg.viewBox.baseVal.width;
+      const at = { clientX: box.left + x * zoom, clientY: box.top + y * zoom, bubbles: true };
+      svg.dispatchEvent(new MouseEvent("click", at));
+      return output.textContent;
+    };
+    const texts = {};
+    for (const { text } of robots.list) texts[text] = true;
+    // the leftmost has one to its right
+    const [first] = robots.list.map(({ box }) => box).sort((a, b) => a[0] - b[0]);
+    seen.chosen = { list: texts, clicked: click(first[0] + first[2] / 2, first[1] + first[3] / 2) };
+    press(figure.querySelector(".scroll"), "ArrowRight");
+    seen.chosen.moved = output.textContent;
+    seen.chosen.empty = click(left - 5, top - 5);
+    seen.chosen.faces = output.querySelectorAll("polygon").length;
+  }
+
   // Centre of the block, which has the last six faces of the robot's mesh.
   const block = () => [0, 1, 2].map((c) => limax.views[0].shape.slice(-72).filter((_, k) => k % 3 === c)
     .reduce((a, b) => a + b) / 24);
@@ -101,6 +125,7 @@
   addEventListener("load", async () => {
     try {
       charts();
+      chosen();
       const strips = byId("strips");
       if (document.querySelector(".robots")) {
         await robots();

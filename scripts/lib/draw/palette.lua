@@ -57,4 +57,22 @@ function palette.line(k)
     DASHES[(math.floor((k - 1) / #LINES) + k - 1) % #DASHES + 1] or nil
 end
 
+-- Viridis, whose greys ascend, at equal distances.
+local SCALE = { { 68, 1, 84 }, { 59, 82, 139 }, { 33, 145, 140 }, { 94, 201, 98 },
+  { 253, 231, 37 } }
+
+--- The colour of a value between the least (0) and the most (1).
+---@param share number
+---@return string hex
+function palette.scale(share)
+  local at = math.min(math.max(share, 0), 1) * (#SCALE - 1)
+  local k = math.min(math.floor(at), #SCALE - 2)
+  local parts = {}
+  for c = 1, 3 do
+    local from, to = SCALE[k + 1][c], SCALE[k + 2][c]
+    parts[c] = ("%02x"):format(math.floor(from + (to - from) * (at - k) + 0.5))
+  end
+  return "#" .. table.concat(parts)
+end
+
 return palette

@@ -128,6 +128,17 @@ function Archive:record(row) return self.kept[row] and self.kept[row].record end
 ---@return ffi.cdata* float[genes]
 function Archive:genome(row) return self.kept[row].genome end
 
+--- Replays the file of a generation.
+---@param text string of the file
+---@param path string its name
+function Archive:replay(generation, text, path)
+  local rows = run_files.archive(text, path)
+  for _, row in ipairs(rows) do
+    row.schema, row.generation = nil, generation
+  end
+  apply(self, self.definition.choose(self.rows, self.place, rows))
+end
+
 --- Replays the files of a folder up to a generation.
 ---@param folder limax.run_folder
 ---@param last integer
@@ -135,11 +146,7 @@ function Archive:genome(row) return self.kept[row].genome end
 function Archive:restore(folder, last, genes)
   for generation = 0, last do
     local text, path = folder:text("archive", self.repetition, generation)
-    local rows = run_files.archive(text or "", path)
-    for _, row in ipairs(rows) do
-      row.schema, row.generation = nil, generation
-    end
-    apply(self, self.definition.choose(self.rows, self.place, rows))
+    self:replay(generation, text or "", path)
   end
   self.generation, self.before = last, {}
   local by_generation = {}

@@ -38,6 +38,7 @@ local archive = strict.module "limax.archive"
 ---@field appraise? fun(records: table[], rows: limax.archive.row[]) adds to the records of a scored
 --- generation, before any of them enters
 ---@field reference? number[] of the objectives
+---@field axes? { least: number, most: number, cells: integer, stride: integer }[] of a grid
 
 ---@class limax.archive.entry: limax.choice.entry
 ---@field make fun(options: table): limax.archive.definition

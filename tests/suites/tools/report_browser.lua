@@ -41,7 +41,9 @@ end
 local function seen_of(t)
   local program, base = chromium(t), t:folder()
   limax.start(evolution.small { lattice = { 3, 3, 3 }, generations = 3, population = 8,
-    supervisor = "random", simulation = { duration = 1.5, settle = 0.1, accuracy = "preview" },
+    supervisor = "random",
+    archive = { "grid", cells = 4, descriptors = { "muscle_share", "voxel_share" } },
+    simulation = { duration = 1.5, settle = 0.1, accuracy = "preview" },
     scene = limax.scenes.slope { angle = math.rad(5),
       boxes = { { from = { 1, -1, 0 }, to = { 1.5, 1, 0.2 } },
         { from = { 90, 90, 0 }, to = { 91, 91, 1 } } },
@@ -77,6 +79,10 @@ suite:test("charts and robots work, and nothing is loaded", { limit = 600 }, fun
   -- a corner of the line for each generation
   t:equal(seen.charts[1].drawn[1], k)
   t:ok(seen.read_out:find("generation 2: best ", 1, true), seen.read_out)
+  t:ok(seen.chosen.list[seen.chosen.clicked], "a robot of the archive is chosen by a click")
+  t:ok(seen.chosen.list[seen.chosen.moved], "another one is chosen by an arrow key")
+  t:ok(seen.chosen.moved ~= seen.chosen.clicked and seen.chosen.faces > 5, "its body is drawn")
+  t:equal(seen.chosen.empty, seen.chosen.moved, "a place without a robot chooses none")
   t:ok(seen.overflow <= 0, "no wider than a narrow screen")
   t:equal(seen.focus[1].id, "skip")
   local reached = {}

@@ -4,6 +4,7 @@
 
 local canvases = require "limax.draw.canvas"
 local csv = require "limax.base.csv"
+local marks = require "limax.draw.chart.marks"
 local panel = require "limax.draw.chart.panel"
 local source = require "limax.base.source"
 
@@ -36,6 +37,7 @@ local function width_of(text) return canvases.text_width(text, { size = figure.T
 
 -- px that the names at the ends of curves need.
 local function names_room(spec, wide)
+  if spec.marks and spec.marks.label then return marks.ROOM end
   local most = 0
   for _, curve in ipairs(spec.curves) do
     most = math.max(most, curve.name and width_of(curve.name) or 0)
@@ -95,7 +97,7 @@ end
 
 -- The numbers of a figure: a row per point of a line or a band.
 local function csv_of(spec)
-  local rows = {}
+  local rows, columns = {}, { "panel", "x_axis", "y_axis", "curve", "x", "y", "low", "high" }
   local function add(each, name, points, low, high)
     for _, point in ipairs(points) do
       rows[#rows + 1] = { panel = each.title, x_axis = each.x.label, y_axis = each.y.label,
@@ -107,11 +109,16 @@ local function csv_of(spec)
     for k, curve in ipairs(each.curves) do
       add(each, curve.name or curve.title or ("line %d"):format(k), curve.points)
     end
+    for _, mark in ipairs(each.marks and each.marks.list or {}) do
+      rows[#rows + 1] = { panel = each.title, x_axis = each.x.label, y_axis = each.y.label,
+        curve = "robots", x = mark.x, y = mark.y, value = mark.value }
+      columns[9] = "value"
+    end
     for k, band in ipairs(each.bands or {}) do
       add(each, band.name or ("band %d"):format(k), band.points, 2, 3)
     end
   end
-  return csv.encode({ "panel", "x_axis", "y_axis", "curve", "x", "y", "low", "high" }, rows)
+  return csv.encode(columns, rows)
 end
 
 --- Writes a figure as SVG and PDF of both widths, and its numbers as CSV.

@@ -2,6 +2,8 @@
 --- as rows for a table.
 
 local canvases = require "limax.draw.canvas"
+local host = require "limax.host"
+local marks = require "limax.draw.chart.marks"
 local panel = require "limax.draw.chart.panel"
 
 local inline = {}
@@ -44,11 +46,28 @@ local function table_of(spec)
   return columns, rows
 end
 
+-- The robots of a panel: as rows, and where they are on the page with what it shows of them.
+local function robots_of(spec, place)
+  local columns, rows = { "robot", spec.x.label, spec.y.label }, {}
+  local list = host.json.array {}
+  columns[4] = spec.marks.label
+  for _, mark in ipairs(spec.marks.list) do
+    if mark.robot then
+      rows[#rows + 1] = { mark.robot.text, mark.x, mark.y, spec.marks.label and mark.value }
+      local box = marks.box(place, mark)
+      for c = 1, 4 do box[c] = tonumber(("%.1f"):format(box[c])) end
+      list[#list + 1] = { box = box, text = mark.robot.text, letters = mark.robot.letters }
+    end
+  end
+  return columns, rows, { list = list, colors = spec.marks.colors }
+end
+
 ---@class limax.chart.inline
 ---@field svg string
 ---@field data { x: string, y: string, left: number, right: number, top: number, bottom: number,
---- low: number, high: number, curves: { name: string, points: number[][] }[] } where the axes lie
---- on the page (px), the ends of x, and the curves
+--- low: number, high: number, curves: { name: string, points: number[][] }[],
+--- robots: table|nil } where the axes lie on the page (px), the ends of x, the curves, and robots
+--- that can be chosen
 ---@field columns string[]
 ---@field rows (string|number)[][] a row for each x of any curve, at most MOST_ROWS
 ---@field left_out integer rows that are not there
@@ -60,14 +79,21 @@ function inline.draw(spec, description)
   local canvas = canvases.new("svg", WIDTH, HEIGHT,
     { title = spec.title, description = description })
   local place = panel.draw(canvas, spec, { left = 0, top = 0, width = WIDTH, height = HEIGHT,
-    right = spec.right or RIGHT, size = TEXT, title = TITLE })
-  local columns, all = table_of(spec)
+    right = spec.right or spec.marks and spec.marks.label and marks.ROOM or RIGHT, size = TEXT,
+    title = TITLE })
+  local columns, all, robots
+  if spec.marks then
+    columns, all, robots = robots_of(spec, place)
+  else
+    columns, all = table_of(spec)
+  end
   local rows, kept, every = {}, {}, math.ceil(#all / MOST_ROWS)
   for k, row in ipairs(all) do
     if (k - 1) % every == 0 or k == #all then rows[#rows + 1], kept[row[1]] = row, true end
   end
-  local curves = {}
-  for k, curve in ipairs(spec.curves) do
+  local curves = host.json.array {}
+  -- robots are read instead
+  for k, curve in ipairs(robots and {} or spec.curves) do
     local points = {}
     for _, point in ipairs(curve.points) do
       if kept[point[1]] then points[#points + 1] = point end
@@ -77,7 +103,7 @@ function inline.draw(spec, description)
   return { svg = canvas:finish(), columns = columns, rows = rows, left_out = #all - #rows,
     data = { x = spec.x.label, y = spec.y.label, left = place.left, right = place.right,
       top = place.top, bottom = place.bottom, low = place.x.low, high = place.x.high,
-      curves = curves } }
+      curves = curves, robots = robots } }
 end
 
 return inline

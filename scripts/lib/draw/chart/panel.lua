@@ -3,6 +3,7 @@
 
 local axis = require "limax.draw.chart.axis"
 local canvases = require "limax.draw.canvas"
+local marks = require "limax.draw.chart.marks"
 
 local panel = {}
 
@@ -40,6 +41,7 @@ local MANY = 200
 ---@field limits { y: number, text: string, color: string|nil }[]|nil dashed lines
 ---@field points { x: number, y: number, name: string, color: string|nil }[]|nil
 ---@field note string|nil a line below the title
+---@field marks limax.chart.marks|nil robots
 ---@field right number|nil px, the room for the names of the curves in a page
 
 -- The axes of a panel on a canvas: where values are, px, and the size of texts.
@@ -76,6 +78,9 @@ local function values_of(spec, k)
     for _, x in ipairs(k == 1 and curve.failures or {}) do add(x) end
   end
   for _, point in ipairs(spec.points or {}) do add(k == 1 and point.x or point.y) end
+  for _, mark in ipairs(spec.marks and spec.marks.list or {}) do
+    add(k == 1 and mark.x or mark.y)
+  end
   for _, band in ipairs(spec.bands or {}) do
     for _, point in ipairs(band.points) do
       add(point[k])
@@ -301,6 +306,7 @@ function panel.draw(canvas, spec, box)
     place:text(box.left + 8, box.top + 33, spec.note, { fill = ink.faint })
   end
   draw_axes(place, box.left)
+  if spec.marks then marks.draw(place, spec.marks) end
   local bands = spec.bands or {}
   for _, band in ipairs(bands) do draw_band(place, band, #bands > 1) end
   -- room of texts that the names of points must not cross

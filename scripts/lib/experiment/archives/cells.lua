@@ -50,7 +50,7 @@ function cells.grid(options)
   if count > MOST then
     return ("%.6g cells; at most 1e6: fewer cells along a descriptor, or \"cvt\""):format(count)
   end
-  return definition(options, count, function(values)
+  local grid = definition(options, count, function(values)
     local cell = 1
     for k = 1, #axes do
       local axis = axes[k]
@@ -59,6 +59,8 @@ function cells.grid(options)
     end
     return cell
   end)
+  grid.axes = axes
+  return grid
 end
 
 --- The cells of centres, each with the points that are nearest to its own.

@@ -47,13 +47,16 @@ function Progress:say(text)
   self.write(terminal.paint("! ", YELLOW, self.style) .. terminal.shown(text) .. "\n")
 end
 
--- "best 0.512  mean 0.31  diversity 0.42  failed 2", and "  coarse 1" where steps were too long.
+-- "best 0.512  mean 0.31  diversity 0.42  failed 2", "  coarse 1" where steps were too long, and
+-- "  coverage 0.4  QD score 29.9" of an archive with cells.
 local function numbers(entry)
   local failed = entry.failed
   local all = entry.diversity.all or { hamming = 0 }
   return ("best %.4g  mean %.4g  diversity %.3f  failed %d"):format(entry.best, entry.mean,
     all.hamming, failed.invalid + failed.diverged + failed.fitness)
     .. (entry.coarse > 0 and ("  coarse %d"):format(entry.coarse) or "")
+    .. (entry.archive and entry.archive.coverage and ("  coverage %.3f  QD score %.4g"):format(
+      entry.archive.coverage, entry.archive.qd_score) or "")
 end
 
 -- Time left, from the generations that this process did.

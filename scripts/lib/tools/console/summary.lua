@@ -175,6 +175,11 @@ function summary.show(folder, options)
   local unit, words = runs.fitness_words(config.fitness)
   write(best_table(first, last, unit, style) .. "\n")
   write(("fitness: %s\n\n"):format(words))
+  local archive = lines[#lines].archive
+  if archive and archive.cells then
+    write(("archive: robots in %d of %d cells, coverage %.3f, QD score %.5g\n\n"):format(
+      archive.filled, archive.cells, archive.coverage, archive.qd_score))
+  end
   local failures = runs.supervisor_failures(found.runs)
   if failures then write(terminal.bold("supervisor: " .. failures, style) .. "\n\n") end
   write(bodies(first, last, style) .. "\n\n")

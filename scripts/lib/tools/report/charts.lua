@@ -1,5 +1,6 @@
 --- charts.lua: the charts of a report by section, which the page and the figures for print share.
 
+local archives = require "limax.tools.report.archives"
 local curves = require "limax.tools.report.curves"
 local parameters = require "limax.tools.report.parameters"
 local runs = require "limax.tools.report.runs"
@@ -70,7 +71,7 @@ function charts.of(list, label)
       for _, line in ipairs(run.lines) do failed = failed + curves.failed(line) end
     end
   end
-  return {
+  local sections = {
     { name = "learning", title = "Learning", panels = learning(list, label),
       foot = meaning .. " Best: of each generation, under the run's first materials." },
     { name = "first_last", title = "Generation 0 against the last",
@@ -90,6 +91,11 @@ function charts.of(list, label)
     { name = "cost", title = "Time and cost", panels = curves.time(list),
       foot = meaning .. " Wall time." },
   }
+  local drawn = { unpack(list, 1, charts.MOST_ARMS) }
+  for k, each in ipairs(archives.sections(list, drawn, label, meaning)) do
+    table.insert(sections, 2 + k, each)
+  end
+  return sections
 end
 
 return charts

@@ -76,8 +76,9 @@ function html.figure(drawn, title, caption)
   local out = drawn.left_out > 0 and (", %d rows of %d"):format(#drawn.rows,
     #drawn.rows + drawn.left_out) or ""
   return ('<figure class="chart"><div class="scroll" tabindex="0" role="group" aria-label="%s,'
-    .. ' arrow keys read its numbers">%s</div><output aria-live="polite"></output>%s'
-    .. '<script type="application/json">%s</script>%s</figure>\n'):format(name, drawn.svg,
+    .. ' arrow keys read its %s">%s</div><output aria-live="polite"></output>%s'
+    .. '<script type="application/json">%s</script>%s</figure>\n'):format(name,
+    drawn.data.robots and "robots" or "numbers", drawn.svg,
     caption and "<figcaption>" .. html.escaped(caption) .. "</figcaption>" or "",
     html.json(drawn.data),
     html.details("numbers" .. out, html.table(drawn.columns, drawn.rows, title)))

@@ -306,7 +306,7 @@ function page.text(folders, options)
     sections, "</main>\n",
   }
   return html.page { title = title .. " - limax report", style = html.read "style.css",
-    scripts = { html.read "charts.js", unpack(shown.scripts) }, body = body }
+    scripts = { html.read "charts.js", html.read "robots.js", unpack(shown.scripts) }, body = body }
 end
 
 return page
