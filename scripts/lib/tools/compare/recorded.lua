@@ -11,11 +11,14 @@ local function archive_of(config) return config.archive end
 
 -- What a hypervolume means.
 local function front_of(config)
-  for _, part in ipairs { config.archive or false, config.survival } do
-    if type(part) == "table" and part.objectives then
-      return { objectives = part.objectives, reference = part.reference }
+  local found = {}
+  for _, part in ipairs { config.archive or false, config.survival or false } do
+    if type(part) == "table" then
+      found.objectives = found.objectives or part.objectives
+      found.reference = found.reference or part.reference
     end
   end
+  return found
 end
 
 local GRID = 'an archive with cells: archive = { "grid", descriptors = ... } or "cvt"'
