@@ -4,7 +4,6 @@
 
 local canvases = require "limax.draw.canvas"
 local csv = require "limax.base.csv"
-local marks = require "limax.draw.chart.marks"
 local panel = require "limax.draw.chart.panel"
 local source = require "limax.base.source"
 
@@ -20,8 +19,6 @@ figure.TEXT = 8 * 96 / 72
 
 -- px: height of a line of text and of a panel, least width of a panel, and the outer margin
 local LINE, HEIGHT, NARROWEST, MARGIN = 14, 205, 300, 6
--- names of curves get no more room than this share of a panel
-local MOST_NAMES = 0.4
 
 ---@class limax.chart.figure
 ---@field name string of its files
@@ -34,16 +31,6 @@ local MOST_NAMES = 0.4
 ---@field height integer|nil px, of a panel
 
 local function width_of(text) return canvases.text_width(text, { size = figure.TEXT }) end
-
--- px that the names at the ends of curves need.
-local function names_room(spec, wide)
-  if spec.marks and spec.marks.label then return marks.ROOM end
-  local most = 0
-  for _, curve in ipairs(spec.curves) do
-    most = math.max(most, curve.name and width_of(curve.name) or 0)
-  end
-  return most == 0 and 12 or math.min(18 + most, MOST_NAMES * wide)
-end
 
 -- The key as rows that fit: { { entry, x }, ... }.
 local function key_rows(key, width)
@@ -78,7 +65,7 @@ function figure.draw(kind, spec, millimetres, options)
   for k, each in ipairs(spec.panels) do
     panel.draw(canvas, each, { left = MARGIN + (k - 1) % columns * wide,
       top = math.floor((k - 1) / columns) * high, width = wide, height = high,
-      right = names_room(each, wide), size = figure.TEXT })
+      right = panel.room(each, wide, figure.TEXT), size = figure.TEXT })
   end
   local y = rows * high + LINE
   for _, row in ipairs(key) do

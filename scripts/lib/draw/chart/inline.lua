@@ -79,7 +79,8 @@ function inline.draw(spec, description)
   local canvas = canvases.new("svg", WIDTH, HEIGHT,
     { title = spec.title, description = description })
   local place = panel.draw(canvas, spec, { left = 0, top = 0, width = WIDTH, height = HEIGHT,
-    right = spec.right or spec.marks and spec.marks.label and marks.ROOM or RIGHT, size = TEXT,
+    right = spec.right or spec.marks and spec.marks.label and marks.ROOM
+      or math.max(RIGHT, panel.room(spec, WIDTH, TEXT)), size = TEXT,
     title = TITLE })
   local columns, all, robots
   if spec.marks then

@@ -25,18 +25,10 @@ local LARGE = 6
 ---@class limax.chart.marks
 ---@field list limax.chart.mark[]
 ---@field label string|nil of the values that colour them; without one the curves draw them
+---@field low number|nil the values of the first and the last colour
+---@field high number|nil
 ---@field cells boolean|nil what no cell covers is hatched
 ---@field colors table<string, string>|nil of the materials, by letter: "#rrggbb"
-
--- The ends of the colours; equal values have a range too.
-local function ends_of(list)
-  local low, high = math.huge, -math.huge
-  for _, mark in ipairs(list) do
-    low, high = math.min(low, mark.value), math.max(high, mark.value)
-  end
-  if low > high then return 0, 1 end
-  return low, high > low and high or low + math.max(1e-9, math.abs(low) * 1e-3)
-end
 
 -- Lines upwards to the right, as far apart from each other along x.
 local function hatch(place)
@@ -82,7 +74,10 @@ end
 ---@param all limax.chart.marks
 function marks.draw(place, all)
   if not all.label then return end
-  local low, high = ends_of(all.list)
+  local low, high = all.low, all.high
+  -- equal values have a range too, and an empty archive has one
+  if low > high then low, high = 0, 1 end
+  if low == high then high = low + math.max(1e-9, math.abs(low) * 1e-3) end
   if all.cells then hatch(place) end
   for _, mark in ipairs(all.list) do
     local fill, box = palette.scale((mark.value - low) / (high - low)), marks.box(place, mark)

@@ -12,6 +12,8 @@ local ink = { text = canvases.ink, faint = canvases.faint, grid = "#e4e6e9", fin
 
 -- px around the axes; of the strip of failures, and of a line of text
 local LEFT, TOP, BOTTOM, STRIP, LINE = 62, 34, 44, 20, 13.5
+-- names of curves get no more room than this share of a panel
+local MOST_NAMES = 0.4
 -- more markers than these on one curve are drawn at half the size
 local MANY = 200
 
@@ -287,6 +289,19 @@ local function draw_curves(place, curves)
     end
   end
   return labels
+end
+
+--- px that a colour bar, or the names at the ends of curves, need to the right of the axes.
+---@param wide number px of the panel
+---@param size number px of texts
+---@return number
+function panel.room(spec, wide, size)
+  if spec.marks and spec.marks.label then return marks.ROOM end
+  local most = 0
+  for _, curve in ipairs(spec.curves) do
+    most = math.max(most, curve.name and canvases.text_width(curve.name, { size = size }) or 0)
+  end
+  return most == 0 and 12 or math.min(18 + most, MOST_NAMES * wide)
 end
 
 --- Draws a panel.

@@ -99,7 +99,7 @@ local function by_text(result, text_of, add)
   end
   for _, text in ipairs(list) do
     local all = #names[text] > 2 and #names[text] == result.comparisons
-    add(all and "every arm" or table.concat(names[text], ", "), text)
+    add(all and "every arm" or table.concat(names[text], "; "), text)
   end
 end
 

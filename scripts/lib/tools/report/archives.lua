@@ -1,79 +1,16 @@
 --- archives.lua: what a run remembers and what it searches for besides its best: maps of archives,
 --- Pareto fronts, and their numbers by generation. Of each arm the leading run is drawn.
 
-local archive = require "limax.archive"
-local archived = require "limax.evolution.archived"
 local curves = require "limax.tools.report.curves"
-local front = require "limax.experiment.front"
 local palette = require "limax.draw.palette"
-local run_files = require "limax.settings.run_files"
 local runs = require "limax.tools.report.runs"
 local sorting = require "limax.base.sorting"
-local source = require "limax.base.source"
-local survival = require "limax.survival"
-local verify = require "limax.run.verify"
+local stored = require "limax.tools.report.stored"
 
 local archives = {}
 
--- Letters of the bodies of one map: half a megabyte of a page.
-local MOST_LETTERS = 5e5
 -- Robots of a map that can be chosen, the best ones, and points that are drawn.
 local MOST_CHOSEN, MOST_POINTS = 2000, 4000
--- Earlier fronts that are drawn, besides the last.
-local EARLIER = 3
-
--- ---- what is in the folder ----------------------------------------------------------------------
-
--- A part of a configuration as an experiment names it. Functions of a script are not called here.
-local function spec_of(value)
-  if type(value) ~= "table" then return value end
-  local spec = {}
-  for key, entry in pairs(value) do
-    if key ~= "function" and key ~= "name" then spec[key] = spec_of(entry) end
-  end
-  if value["function"] then
-    spec[1], spec.name = function() return 0 end, value.name
-  else
-    spec[1] = value.name or spec[1]
-  end
-  return spec
-end
-
-local function definition_of(run, field, library)
-  local value = run.config[field]
-  if type(value) ~= "table" or value["function"] then return nil end
-  return run_files.about(run.path .. "/config.json", library.get, spec_of(value))
-end
-
-local function file_of(run, kind, generation)
-  local path = run.path .. "/" .. verify.place(kind, run.repetition, generation)
-  return source.read(path) or "", path
-end
-
--- The archive after each generation that `visit` is called with.
-local function replay(run, definition, visit)
-  local kept = archived.new(definition, run.config.seed, run.repetition)
-  for _, line in ipairs(run.lines) do
-    kept:replay(line.generation, file_of(run, "archive", line.generation))
-    visit(line.generation, kept.rows)
-  end
-  return kept.rows
-end
-
--- Adds to rows the letters of their bodies, of the best first, while there is room.
-local function add_letters(run, rows)
-  local scores, files, count = {}, {}, 0
-  for k, row in ipairs(rows) do scores[k] = row.fitness end
-  for _, at in ipairs(sorting.descending(scores)) do
-    local row = rows[at]
-    if count > MOST_LETTERS then return end
-    files[row.generation] = files[row.generation]
-      or run_files.robots(file_of(run, "population", row.generation))
-    local record = files[row.generation][row.index]
-    row.letters = record and record.id == row.id and record.body.letters or nil
-    count = count + #(row.letters or "")
-  end
-end
 
 -- ---- maps ---------------------------------------------------------------------------------------
 
@@ -166,11 +103,10 @@ end
 
 -- The archive of a run: its fitness over one descriptor, or in colours over the first two.
 local function map(run, title, label)
-  local definition = definition_of(run, "archive", archive)
-  local list = definition and definition.descriptors
-  if not list then return nil end
-  local rows = replay(run, definition, function() end)
-  add_letters(run, rows)
+  local definition, rows = stored.archive(run)
+  if not definition then return nil end
+  local list = definition.descriptors
+  stored.add_letters(run, rows)
   local panel = { title = "archive of " .. title, x = axis_of(list[1], definition.axes),
     y = #list > 1 and axis_of(list[2], definition.axes) or { label = label, linear = true },
     curves = {}, marks = { list = {}, colors = colors_of(run) } }
@@ -192,60 +128,6 @@ local function map(run, title, label)
 end
 
 -- ---- fronts -------------------------------------------------------------------------------------
-
--- The generations whose fronts are drawn: some earlier ones and the last.
-local function shown_generations(run)
-  local shown, last = {}, #run.lines
-  for k = 0, EARLIER do
-    shown[run.lines[1 + math.floor((last - 1) * k / EARLIER)].generation] = true
-  end
-  return shown
-end
-
--- Rows that no other row dominates, by the first objective.
-local function best_of(rows, objectives)
-  local list, sorted, firsts = {}, {}, {}
-  for k, at in ipairs(front.of(front.points(rows, objectives))) do list[k] = rows[at] end
-  for k, row in ipairs(list) do firsts[k] = row.objectives[1] end
-  for k, at in ipairs(sorting.ascending(firsts)) do sorted[k] = list[at] end
-  return sorted
-end
-
--- The scored robots of a generation as rows.
-local function population_rows(run, generation)
-  local rows = {}
-  for k, record in ipairs(run_files.robots(file_of(run, "population", generation))) do
-    if record.objectives and record.fitness then
-      rows[#rows + 1] = { id = record.id, generation = generation, index = k,
-        fitness = record.fitness, objectives = record.objectives }
-    end
-  end
-  return rows
-end
-
--- Objectives of a run, and its fronts: { generation, rows }, the last one last.
-local function fronts_of(run)
-  local definition = definition_of(run, "archive", archive)
-  local shown, fronts = shown_generations(run), {}
-  local function add(objectives, generation, rows)
-    if shown[generation] then
-      fronts[#fronts + 1] = { generation = generation, rows = best_of(rows, objectives) }
-    end
-  end
-  if definition and definition.objectives then
-    replay(run, definition, function(generation, rows)
-      add(definition.objectives, generation, rows)
-    end)
-    return definition.objectives, fronts
-  end
-  local scheme = definition_of(run, "survival", survival)
-  if not scheme or not scheme.objectives then return nil, {} end
-  for _, line in ipairs(run.lines) do
-    add(scheme.objectives, line.generation,
-      shown[line.generation] and population_rows(run, line.generation) or {})
-  end
-  return scheme.objectives, fronts
-end
 
 -- The ends of what a front of two objectives dominates: a staircase through its points.
 local function staircase(points, objectives)
@@ -279,7 +161,7 @@ local EARLIER_COLORS = { "#6b7076", "#cc79a7", "#0072b2" }
 
 -- The front of a run and earlier ones, by the first two objectives.
 local function front_panel(run, title)
-  local objectives, fronts = fronts_of(run)
+  local objectives, fronts = stored.fronts(run)
   if not objectives then return nil end
   local panel = { title = "Pareto front of " .. title, x = axis_of(objectives[1]),
     y = axis_of(objectives[2]), curves = {}, marks = { list = {}, colors = colors_of(run) } }
@@ -288,7 +170,7 @@ local function front_panel(run, title)
     add_front(panel, each, objectives, last and palette.line(2) or EARLIER_COLORS[k], last)
   end
   local rows = fronts[#fronts].rows
-  add_letters(run, rows)
+  stored.add_letters(run, rows)
   for k, row in ipairs(rows) do
     panel.marks.list[k] = { x = row.objectives[1], y = row.objectives[2], value = row.fitness,
       robot = robot_of(row, objectives, row.objectives) }
@@ -349,6 +231,18 @@ local function of_arms(list, make, ...)
   return panels
 end
 
+-- Gives the maps of several arms the same colours for the same values.
+local function share_colors(panels)
+  local low, high = math.huge, -math.huge
+  for _, panel in ipairs(panels) do
+    for _, mark in ipairs(panel.marks.list) do
+      low, high = math.min(low, mark.value), math.max(high, mark.value)
+    end
+  end
+  for _, panel in ipairs(panels) do panel.marks.low, panel.marks.high = low, high end
+  return panels
+end
+
 local function joined(panels, more)
   for _, panel in ipairs(more) do panels[#panels + 1] = panel end
   return panels
@@ -365,7 +259,7 @@ function archives.sections(list, drawn, label, meaning)
   return {
     { name = "archive", title = "Archive", foot = "Maps: the run of an arm whose last champion is"
         .. " the best; hatched cells are empty. " .. meaning,
-      panels = joined(of_arms(drawn, map, label), by_generation(list, {
+      panels = joined(share_colors(of_arms(drawn, map, label)), by_generation(list, {
         { "coverage", "share of the cells (1)", field("archive", "coverage") },
         { "QD score", "QD score " .. of, field("archive", "qd_score") },
         { "robots in the archive", "robots", field("archive", "filled") },

@@ -1,0 +1,141 @@
+--- stored.lua: what a run folder holds of archives and objectives: the rows of an archive, the
+--- Pareto fronts of some generations, and bodies.
+
+local archive = require "limax.archive"
+local archived = require "limax.evolution.archived"
+local front = require "limax.experiment.front"
+local run_files = require "limax.settings.run_files"
+local sorting = require "limax.base.sorting"
+local source = require "limax.base.source"
+local survival = require "limax.survival"
+local verify = require "limax.run.verify"
+
+local stored = {}
+
+-- Letters of the bodies of one map: half a megabyte of a page.
+local MOST_LETTERS = 5e5
+-- Earlier fronts that are drawn, besides the last.
+local EARLIER = 3
+
+-- A part of a configuration as an experiment names it. Functions of a script are not called here.
+local function spec_of(value)
+  if type(value) ~= "table" then return value end
+  local spec = {}
+  for key, entry in pairs(value) do
+    if key ~= "function" and key ~= "name" then spec[key] = spec_of(entry) end
+  end
+  if value["function"] then
+    spec[1], spec.name = function() return 0 end, value.name
+  else
+    spec[1] = value.name or spec[1]
+  end
+  return spec
+end
+
+-- The archive or the survival of a run; nil where it has none, or one without a list of measures.
+local function definition_of(run, field, library)
+  local value = run.config[field]
+  if type(value) ~= "table" or value["function"] then return nil end
+  return run_files.about(run.path .. "/config.json", library.get, spec_of(value))
+end
+
+local function file_of(run, kind, generation)
+  local path = run.path .. "/" .. verify.place(kind, run.repetition, generation)
+  return source.read(path) or "", path
+end
+
+-- The rows of an archive at the end; `visit` is called with those after each generation.
+local function replay(run, definition, visit)
+  local kept = archived.new(definition, run.config.seed, run.repetition)
+  for _, line in ipairs(run.lines) do
+    kept:replay(line.generation, file_of(run, "archive", line.generation))
+    if visit then visit(line.generation, kept.rows) end
+  end
+  return kept.rows
+end
+
+--- Adds to rows the letters of their bodies, of the best first, while there is room.
+---@param rows limax.archive.row[]
+function stored.add_letters(run, rows)
+  local scores, files, count = {}, {}, 0
+  for k, row in ipairs(rows) do scores[k] = row.fitness end
+  for _, at in ipairs(sorting.descending(scores)) do
+    local row = rows[at]
+    if count > MOST_LETTERS then return end
+    files[row.generation] = files[row.generation]
+      or run_files.robots(file_of(run, "population", row.generation))
+    local record = files[row.generation][row.index]
+    row.letters = record and record.id == row.id and record.body.letters or nil
+    count = count + #(row.letters or "")
+  end
+end
+
+--- The archive of a run that has one with descriptors, and its rows at the end.
+---@param run limax.report.run
+---@return limax.archive.definition|nil
+---@return limax.archive.row[]|nil
+function stored.archive(run)
+  local definition = definition_of(run, "archive", archive)
+  if not definition or not definition.descriptors then return nil end
+  return definition, replay(run, definition)
+end
+
+-- The generations whose fronts are drawn: some earlier ones and the last.
+local function shown_generations(run)
+  local shown, last = {}, #run.lines
+  for k = 0, EARLIER do
+    shown[run.lines[1 + math.floor((last - 1) * k / EARLIER)].generation] = true
+  end
+  return shown
+end
+
+-- Rows that no other row dominates, by the first objective.
+local function best_of(rows, objectives)
+  local list, sorted, firsts = {}, {}, {}
+  for k, at in ipairs(front.of(front.points(rows, objectives))) do list[k] = rows[at] end
+  for k, row in ipairs(list) do firsts[k] = row.objectives[1] end
+  for k, at in ipairs(sorting.ascending(firsts)) do sorted[k] = list[at] end
+  return sorted
+end
+
+-- The scored robots of a generation as rows.
+local function population_rows(run, generation)
+  local rows = {}
+  for k, record in ipairs(run_files.robots(file_of(run, "population", generation))) do
+    if record.objectives and record.fitness then
+      rows[#rows + 1] = { id = record.id, generation = generation, index = k,
+        fitness = record.fitness, objectives = record.objectives }
+    end
+  end
+  return rows
+end
+
+--- The fronts of some generations of a run with objectives, the last one last: of its Pareto
+--- archive, else of its population.
+---@param run limax.report.run
+---@return limax.measure[]|nil objectives
+---@return { generation: integer, rows: limax.archive.row[] }[]
+function stored.fronts(run)
+  local definition = definition_of(run, "archive", archive)
+  local shown, fronts = shown_generations(run), {}
+  local function add(objectives, generation, rows)
+    if shown[generation] then
+      fronts[#fronts + 1] = { generation = generation, rows = best_of(rows, objectives) }
+    end
+  end
+  if definition and definition.objectives then
+    replay(run, definition, function(generation, rows)
+      add(definition.objectives, generation, rows)
+    end)
+    return definition.objectives, fronts
+  end
+  local scheme = definition_of(run, "survival", survival)
+  if not scheme or not scheme.objectives then return nil, {} end
+  for _, line in ipairs(run.lines) do
+    add(scheme.objectives, line.generation,
+      shown[line.generation] and population_rows(run, line.generation) or {})
+  end
+  return scheme.objectives, fronts
+end
+
+return stored
