@@ -51,9 +51,9 @@ function choice.read(kind, spec, entries)
   if type(name) ~= "string" then
     local came = type(spec) == "table" and "a table that does not begin with a name"
       or schema.show(spec)
-    local own = kind == "archive" and "" or " or a function"
+    local ending = kind == "archive" and "" or " or a function"
     engine.fail(('%s: expected a name (%s) or { "name", option = value }%s, got %s')
-      :format(kind, table.concat(names, ", "), own, came))
+      :format(kind, table.concat(names, ", "), ending, came))
   end
   if not entries[name] then
     engine.fail(("%s: unknown name %s%s")

@@ -9,7 +9,7 @@ local strict = require "limax.engine.strict"
 local batch = {}
 
 ---@class limax.batch a list of indices of robots: `for _, i in ipairs(robots) do`
----@field generation integer that they belong to
+---@field generation integer that they belong to; an express has neither this nor the last three
 ---@field lattice integer[] voxels along x, y, z
 ---@field materials limax.materials the empty one first
 ---@field parameters table<string, number> mutation_rate, mutation_scale, crossover_rate

@@ -18,7 +18,8 @@ local suite = require("limax.test").suite "documentation"
 
 local PAGE = "scripts/RUN_FOLDER.md"
 -- pages with Lua blocks, and with command lines
-local WITH_LUA = { "README.md", "scripts/README.md", "scripts/WORLD.md", "scripts/EXTENDING.md" }
+local WITH_LUA = { "README.md", "scripts/README.md", "scripts/WORLD.md", "scripts/EXTENDING.md",
+  "scripts/EVOLUTION.md" }
 local READMES = { "scripts/GPU.md", unpack(WITH_LUA) }
 
 local function text_of(path) return assert(source.read(host.home .. "/" .. path)) end
@@ -341,6 +342,14 @@ suite:test("the Python of the tutorial reads a run folder", { limit = 60 }, func
   completes(t, folder, small({ "run", "patient.lua", "--out", "runs/patient" }))
   local text = table.concat(blocks(page, "python")[1].lines, "\n")
   conversion.python(t, folder, { "numpy", "pandas" }, text)
+end)
+
+suite:test("the Python of EVOLUTION.md reads a front", { limit = 60 }, function(t)
+  local folder = t:folder()
+  completes(t, folder, { "run", host.home .. "/scripts/experiments/pareto.lua", "--out",
+    "runs/pareto-1", "--set", "generations=2", "--set", "population=12", "-q" })
+  local text = table.concat(blocks("scripts/EVOLUTION.md", "python")[1].lines, "\n")
+  conversion.python(t, folder, { "pandas" }, (text:gsub("g0039", "g0001")))
 end)
 
 suite:test("the client example of llm/README.md runs", { limit = 60 }, function(t)
