@@ -15,7 +15,7 @@ local timing = require "limax.tools.bench.timing"
 local scene_report = {}
 
 -- wall time of one measurement, s, and their number: the fastest counts
-local SLICE, ROUNDS = 0.02, 15
+local SLICE, ROUNDS = 0.02, 8
 -- s of simulated time, more than these measurements reach
 local ENDLESS = 1e4
 
