@@ -349,18 +349,18 @@ suite:test("memory does not grow with the generations of a run with a folder", {
   function(t)
     local held = {}
     local function measure(entry)
-      if entry.generation % 150 ~= 50 then return end
+      if entry.generation % 90 ~= 30 then return end
       collectgarbage()
       collectgarbage()
       held[#held + 1] = 1024 * collectgarbage "count"
     end
     with_entries(20, function()
-      finished({ population = 2, generations = 351, genome = { require_muscle = false },
+      finished({ population = 2, generations = 211, genome = { require_muscle = false },
         simulation = { duration = 0.1, settle = 0 } },
         { out = t:folder() .. "/r", on_generation = measure })
     end)
     -- compiled code adds to one window or the other; entries, some kB each, would add to both
-    local bytes = math.min(held[2] - held[1], held[3] - held[2]) / 150
+    local bytes = math.min(held[2] - held[1], held[3] - held[2]) / 90
     t:ok(bytes < 2000, ("%.0f bytes for each generation"):format(bytes))
   end)
 

@@ -111,12 +111,15 @@ limax.start(limax.experiment { lattice = { 2, 2, 2 }, population = 4, generation
 
 suite:test("a user's function that loops is reported after 5 s, and Ctrl-C names it",
   { limit = 60 }, function(t)
+    local children = {}
     for role, script in pairs { fitness = LOOPING:format("stuck", '"tournament"'),
       selection = LOOPING:format('"walk"', "stuck") } do
-      local name = ("the %s (script.lua:2)"):format(role)
       local folder = t:folder()
       process.write(folder .. "/script.lua", script)
-      local child = process.start(folder, { "script.lua" })
+      children[role] = process.start(folder, { "script.lua" })
+    end
+    for role, child in pairs(children) do
+      local name = ("the %s (script.lua:2)"):format(role)
       child:wait_for(name .. " has been running for 5 s")
       child:signal "INT"
       local status, output = child:finish()

@@ -132,7 +132,7 @@ suite:test("threads, and repetitions together or only one, change no byte", { li
 -- hit. On the CPU, which is ready at once.
 local function survives(t, signal, kills)
   local folder = t:folder()
-  write_experiment(folder, 30, 2)
+  write_experiment(folder, 20, 2)
   local ways = { "--together", "--apart" }
   -- moments are shares of the time of a whole run, which adapts to the load of the machine
   local began = host.clock()
@@ -170,7 +170,7 @@ end
 
 for _, signal in ipairs { "INT", "KILL" } do
   suite:test(("SIG%s at random moments changes no byte"):format(signal), { limit = 900 },
-    function(t) survives(t, signal, 12) end)
+    function(t) survives(t, signal, 6) end)
 end
 
 suite:test("a run with more generations has the bytes of a longer run", { limit = 60 }, function(t)
