@@ -17,7 +17,7 @@ local command = {
   summary = "draw a robot: still, film strip or animation",
   usage = "limax picture ROBOT|RUN --out FILE.png|.svg|.pdf|.gif|.mp4 [options]",
   text = [[
-Draws a robot file, or the last champion of a run folder, simulated again as its file describes. One
+Draws a robot file, or the champion of a run folder, simulated again as its file describes. One
 time gives a still, several a film strip; .gif and .mp4 show all of the simulation, or the part
 between the first and the last time. .mp4 needs ffmpeg.]],
   positional = { least = 1, most = 1, name = "ROBOT|RUN" },
@@ -53,7 +53,7 @@ local ANIMATIONS = { gif = true, mp4 = true }
 
 local function usage(text, ...) failure.raise(2, text:format(...)) end
 
--- A robot file: the argument itself, or a run's last champion.
+-- A robot file: the argument itself, or a run's champion.
 local function file_of(word)
   if not runs.is_folder(word) then
     if host.file.exists(word) ~= "file" then
@@ -65,7 +65,7 @@ local function file_of(word)
   output.warn(verify.warning(word) or "")
   if #folder.runs == 0 then failure.raise(1, word .. ": no generation has been scored yet") end
   local leading = runs.leading(folder.runs)
-  return runs.champion(leading, leading.lines[#leading.lines])
+  return runs.champion(leading, runs.result(leading))
 end
 
 -- The times of `--times`; nil if it is left out.

@@ -69,6 +69,17 @@ suite:test("the summary counts failures, with the first message of the fitness",
   t:ok(rest:find("2 by fitness (first: the fitness failed: try.lua:6: lame)", 1, true), rest)
 end)
 
+suite:test("the champion is the best robot of all generations where survival forgets it", function(t)
+  local done, folder = run(t, "--set", "survival=generational", "--set", "generations=6")
+  local best, generation = -math.huge, nil
+  for line in io.lines(folder .. "/r/metrics.jsonl") do
+    local of_line = host.json.decode(line)
+    if of_line.best > best then best, generation = of_line.best, of_line.generation end
+  end
+  t:ok(generation < 5, "the last generation is not the best one")
+  t:ok(done.stdout:find(("champions/g%04d.json"):format(generation), 1, true), done.stdout)
+end)
+
 suite:test("a supervisor that always fails is in summary, metrics, compare and report",
   { limit = 60 }, function(t)
     local folder = t:folder()

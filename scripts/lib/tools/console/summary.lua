@@ -167,7 +167,8 @@ function summary.show(folder, options)
   end
   local config, run = found.config, runs.leading(found.runs)
   local lines = run.lines
-  local first, last = champion_of(run, lines[1]), champion_of(run, lines[#lines])
+  local result = runs.result(run)
+  local first, last = champion_of(run, lines[1]), champion_of(run, result)
 
   write(("\n%s: %d generations of %d robots, repetition %d, seed %s\n\n"):format(
     terminal.bold(config.name, style), #lines, config.population, run.repetition, run.seed))
@@ -192,7 +193,7 @@ function summary.show(folder, options)
       title = ("%s: champion of generation %d"):format(config.name, last.generation) })
   write(("\nfilm strip  %s\n"):format(fine and drawn and shell.path(path)
     or tostring(fine and message or drawn)))
-  write(("champion    %s\n"):format(shell.path(runs.champion(run, lines[#lines]))))
+  write(("champion    %s\n"):format(shell.path(runs.champion(run, result))))
   write(("a page      %s report %s\n"):format(shell.program(), shell.path(folder)))
 
   write "\nnext:\n"

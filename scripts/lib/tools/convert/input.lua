@@ -67,18 +67,18 @@ function input.check_lattice(path, lattice)
   end
 end
 
---- The file of a champion, of the last generation if none is named.
+--- The file of a champion: that of the run, if no generation is named.
 ---@param folder string of a run
 ---@param options { repetition?: integer, generation?: integer }
 function input.champion(folder, options)
   local repetition = options.repetition or 1
   for _, run in ipairs(runs.read(folder).runs) do
-    local last = #run.lines - 1
-    local line = run.lines[(options.generation or last) + 1]
+    local line = runs.result(run)
+    if options.generation then line = run.lines[options.generation + 1] end
     if run.repetition == repetition and line then return runs.champion(run, line) end
     if run.repetition == repetition then
       input.refuse(folder, "generation %d of repetition %d has no champion; expected 0 to %d",
-        options.generation, repetition, last)
+        options.generation, repetition, #run.lines - 1)
     end
   end
   input.refuse(folder, "repetition %d has no champion", repetition)

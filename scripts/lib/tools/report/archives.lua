@@ -257,14 +257,14 @@ end
 function archives.sections(list, drawn, label, meaning)
   local of = label:match "%(.*%)$" or ""
   return {
-    { name = "archive", title = "Archive", foot = "Maps: the run of an arm whose last champion is"
+    { name = "archive", title = "Archive", foot = "Maps: the run of an arm whose champion is"
         .. " the best; hatched cells are empty. " .. meaning,
       panels = joined(share_colors(of_arms(drawn, map, label)), by_generation(list, {
         { "coverage", "share of the cells (1)", field("archive", "coverage") },
         { "QD score", "QD score " .. of, field("archive", "qd_score") },
         { "robots in the archive", "robots", field("archive", "filled") },
         { "best in the archive", label, field("archive", "best") } })) },
-    { name = "front", title = "Pareto front", foot = "Fronts: the run of an arm whose last"
+    { name = "front", title = "Pareto front", foot = "Fronts: the run of an arm whose"
         .. " champion is the best. " .. meaning,
       panels = joined(of_arms(drawn, front_panel), by_generation(list, {
         { "hypervolume", "product of the objectives", field("front", "hypervolume") },
@@ -277,7 +277,7 @@ function archives.sections(list, drawn, label, meaning)
         { "greatest age", "generations", field("age", "most") },
         { "mean step size", "standard deviation (1)", field("step_size", "mean") } }) },
     { name = "islands", title = "Islands", foot = "Lines: the best of each island, of the run of"
-        .. " an arm whose last champion is the best.", panels = of_arms(drawn, islands, label) },
+        .. " an arm whose champion is the best.", panels = of_arms(drawn, islands, label) },
   }
 end
 

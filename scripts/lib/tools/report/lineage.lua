@@ -2,6 +2,7 @@
 --- from generation 0 through the better parent of each.
 
 local run_files = require "limax.settings.run_files"
+local runs = require "limax.tools.report.runs"
 local source = require "limax.base.source"
 local verify = require "limax.run.verify"
 
@@ -26,13 +27,13 @@ local function robots_of(run)
   return by_id
 end
 
---- The ancestors of the last champion, itself included, the oldest first; and the line of its
+--- The ancestors of the champion, itself included, the oldest first; and the line of its
 --- better parents, the oldest first.
 ---@return limax.report.ancestor[] ancestors
 ---@return limax.report.ancestor[] line
 function lineage.of(run)
   local by_id = robots_of(run)
-  local champion = run.lines[#run.lines].champion
+  local champion = runs.result(run).champion
   local first = champion and by_id[champion.id]
   if not first then return {}, {} end
   local waiting, seen, ancestors = { first }, { [first.id] = true }, {}

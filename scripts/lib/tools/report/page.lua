@@ -127,7 +127,7 @@ local function ancestry(list, label)
   local parts = {}
   for k = 1, math.min(#list, charts.MOST_ARMS) do parts[k] = ancestors_of(list[k], label) end
   return section("lineage", #list == 1 and "Lineage of the champion" or "Lineage of champions",
-    note "Of each arm, the run whose last champion is the best.", '<div class="charts">',
+    note "Of each arm, the run whose champion is the best.", '<div class="charts">',
     table.concat(parts), "</div>\n")
 end
 
@@ -165,11 +165,11 @@ local function not_in_paper(folders)
   return section("paper", "Not in the paper", table.concat(distinct(parts)))
 end
 
---- The last champion's layers as letters; nil where its file is missing or it has too many voxels.
+--- The layers of a run's champion as letters; nil where its file is missing or it has too many voxels.
 ---@return string|nil layers
 ---@return string|nil legend
 function page.letters(run, title, style)
-  local description = runs.description(run, run.lines[#run.lines])
+  local description = runs.description(run, runs.result(run))
   local lattice = description and description.lattice
   if not lattice or lattice[1] * lattice[2] * lattice[3] > MOST_LETTERS then return nil end
   local materials = description.materials.materials
@@ -208,7 +208,7 @@ end
 
 local function letters(arm, run)
   local layers, legend = page.letters(run,
-    ("last champion of %s, lowest layer first"):format(runs.title(arm, run)),
+    ("champion of %s, lowest layer first"):format(runs.title(arm, run)),
     { color = false, ascii = true, width = 100 })
   if not layers then return "" end
   return plain(layers .. "\n\n" .. legend, "the champion in letters")

@@ -40,7 +40,7 @@ local function chosen(list)
     if (all or k == 1) and #run.lines > 1 then
       picks[#picks + 1] = { arm = list[k], run = run, line = run.lines[1] }
     end
-    picks[#picks + 1] = { arm = list[k], run = run, line = run.lines[#run.lines] }
+    picks[#picks + 1] = { arm = list[k], run = run, line = runs.result(run) }
   end
   return picks
 end

@@ -170,12 +170,23 @@ end
 ---@return number
 function runs.score(line) return line.best_standard or line.best end
 
---- The repetition whose last generation has the best score.
+--- The generation whose champion is the result of a run: the last one, or, as only the survival
+--- "elitist" keeps the best robot to the end, the last of those with the best score.
+---@return table line of metrics
+function runs.result(run)
+  local found = run.lines[#run.lines]
+  for _, line in ipairs(run.config.survival and run.lines or {}) do
+    if (runs.score(line) or -math.huge) > (runs.score(found) or -math.huge) then found = line end
+  end
+  return found
+end
+
+--- The repetition with the best result.
 ---@return limax.report.run
 function runs.leading(list)
   local found = list[1]
   for _, run in ipairs(list) do
-    local score, best = runs.score(run.lines[#run.lines]), runs.score(found.lines[#found.lines])
+    local score, best = runs.score(runs.result(run)), runs.score(runs.result(found))
     if score and (not best or score > best) then found = run end
   end
   return found
