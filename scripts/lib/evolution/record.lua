@@ -53,6 +53,29 @@ local function rebuilt(run, entry, records, engine_population)
     records = records, ranked = metrics.rank(records), evaluations = entry.evaluations })
 end
 
+-- Genomes and bodies of a generation that the folder holds.
+local function read_engine(run, robots)
+  local made = run:new_robots()
+  made:set_genomes(run.folder:genomes_of(run.repetition, robots.generation))
+  genes.express(run:rules_of_genes(robots), made)
+  return made
+end
+
+-- An old generation, whose genomes and bodies are read when one of its robots needs them.
+local function old_population(run, entry, records)
+  local robots, made = rebuilt(run, entry, records), nil
+  local lazy = { __index = function(_, key)
+    if key ~= "population" or not run.folder then return nil end
+    made = made or read_engine(run, robots)
+    return made
+  end }
+  for _, context in ipairs(robots.contexts) do
+    setmetatable(context, lazy)
+    for _, trial in ipairs(context.trials or {}) do setmetatable(trial, lazy) end
+  end
+  return robots
+end
+
 -- The values of a generation's materials as a material file holds them.
 local function materials_table(run, fields)
   local made = materials.with(run.first_materials, fields)
@@ -78,7 +101,7 @@ function record.entries(run)
         or run.folder:text("population", run.repetition, generation)
       return run_files.robots(text, "generation " .. generation)
     end,
-    build = function(entry, records) return rebuilt(run, entry, records) end,
+    build = function(entry, records) return old_population(run, entry, records) end,
   }
 end
 

@@ -60,6 +60,11 @@ local of_record = { id = true, parents = true, generation = true, origin = true,
   status = true, reason = true, fitness = true, cases = true, measures = true, descriptors = true,
   objectives = true, novelty = true, age = true }
 
+local function gone(record, what)
+  fail("robot %s: its %s is gone: a run without a folder keeps genomes for the last three"
+    .. " generations; limax.start(experiment, { out = FOLDER }) keeps all", record.id, what)
+end
+
 -- Fields that are made once, when they are first read.
 local made = {}
 
@@ -69,8 +74,7 @@ function made.genome(self)
   if self.record.origin == "hand" then return nil end
   local population = self.context.population
   if not population then
-    fail("robot %s: its genome is gone: genomes are kept for the last three generations",
-      self.record.id)
+    gone(self.record, "genome")
   end
   return population:genome(self.context.index)
 end
@@ -347,7 +351,7 @@ end
 function methods:table()
   local context, record = self.context, self.record
   if not context.population then
-    fail("robot %s: its body is gone: weights are kept for the last three generations", record.id)
+    gone(record, "body")
   end
   local description =
     robot_file.describe(context.population, context.index, context.materials, edge_of(self))

@@ -1,7 +1,7 @@
 --- history.lua: what supervisors read: one entry per scored generation. All of it stays readable
---- except traces and the genomes of older generations. Of an old entry a run with a folder keeps in
---- memory only what is compared over whole runs, and reads the rest from the folder on demand: so a
---- generation needs the same time however many came before.
+--- except traces, and without a folder the genomes of older generations. Of an old entry a run with
+--- a folder keeps in memory only what is compared over whole runs, and reads the rest from the
+--- folder on demand: so a generation needs the same time however many came before.
 
 local host = require "limax.host"
 
@@ -28,7 +28,8 @@ local ALWAYS_KEPT = { repetition = true, generation = true, best = true, best_st
 ---@class limax.generation
 ---@field repetition integer 1, 2, ...
 ---@field generation integer 0, 1, ...
----@field population limax.population.scored its robots; genomes for the last three generations
+---@field population limax.population.scored its robots; without a folder only those of the last
+--- three generations have genomes
 ---@field parameters table<string, number> that it was bred with
 ---@field materials table that it was made of, as a material file holds them
 ---@field ledger { supervisor: string, source?: string, reason?: string, entries: table[] } how it

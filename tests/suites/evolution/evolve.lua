@@ -307,7 +307,11 @@ suite:test("history keeps bodies and measures, and drops genomes and traces", fu
   local history = finished { generations = 6 }
   local old, new = history[1].population[1], history[6].population[1]
   t:ok(#old.body.voxel == 2 and old.body.mass > 0 and old:distance() >= 0)
-  t:raises("genomes are kept for the last three generations", function() return old.genome end)
+  t:raises("its genome is gone: a run without a folder", function() return old.genome end)
+  local run = limax.start(evolution.small { generations = 6 }, { out = t:folder() .. "/kept",
+    say = silent })
+  local kept = run:finish()[1].population[1]
+  t:equal(limax.robot(kept):replay().fitness, kept.fitness)
   t:raises("trace", function() old:trace "center_of_mass" end)
   t:ok(new.genome:size() > 0 and history[4].population[1].genome:size() > 0)
   -- an old generation is rebuilt from its text

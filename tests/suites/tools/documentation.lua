@@ -50,8 +50,8 @@ return limax.experiment {
   islands = { count = 3, every = 2 },
   archive = { "grid", descriptors = { "voxel_share", { "distance", range = { 0, 0.1 } } } },
   survival = { "plus", share = 0.3 }, state = function() return { sum = 0 } end,
-  trials = { {}, { scene = limax.scenes.air { gravity = false }, materials = "paper", duration = 0.1,
-    record = { contact = 0 } } },
+  trials = { {}, { scene = limax.scenes.air { gravity = false }, materials = "paper",
+    duration = 0.1, record = { contact = 0 } } },
   supervision = { materials = true, ranges = { mutation_rate = { 0.01, 0.2 } } },
   supervisor = function(history)
     return { mutation_rate = 0.09 + 0.01 * #history, population = 3,
