@@ -320,10 +320,8 @@ end
 local function unknown(names, fields, path, hint)
   for _, name in ipairs(names) do
     if fields[name] == nil then
-      local known = {}
-      for each in pairs(fields) do known[#known + 1] = each end
       return ("%s%s: unknown field%s%s"):format(path == "" and "" or path .. ".", name,
-        suggest.ending(name, known), hint and hint(name) or "")
+        suggest.ending(name, schema.names(fields, path)), hint and hint(name) or "")
     end
   end
 end
@@ -346,9 +344,7 @@ end
 ---@param fields table<string, schema.rule>
 ---@return schema.rule
 function schema.fields(fields)
-  local known = {}
-  for name in pairs(fields) do known[#known + 1] = name end
-  table.sort(known)
+  local known = schema.names(fields, "")
   return function(value, path)
     if value == nil then value = {} end
     local title = path == "" and "experiment" or path
@@ -372,9 +368,7 @@ end
 ---@param fields table<string, schema.rule>
 ---@return schema.rule
 function schema.record(fields)
-  local known = {}
-  for name in pairs(fields) do known[#known + 1] = name end
-  table.sort(known)
+  local known = schema.names(fields, "")
   return function(value, path)
     if value == nil then return nil end
     if type(value) ~= "table" then return refused(path, "a table", value) end
