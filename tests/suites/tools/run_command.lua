@@ -69,7 +69,7 @@ suite:test("the summary counts failures, with the first message of the fitness",
   t:ok(rest:find("2 by fitness (first: the fitness failed: try.lua:6: lame)", 1, true), rest)
 end)
 
-suite:test("the champion is the best robot of all generations where survival forgets it", function(t)
+suite:test("the champion is the best of all generations where survival forgets it", function(t)
   local done, folder = run(t, "--set", "survival=generational", "--set", "generations=6")
   local best, generation = -math.huge, nil
   for line in io.lines(folder .. "/r/metrics.jsonl") do

@@ -165,7 +165,8 @@ local function not_in_paper(folders)
   return section("paper", "Not in the paper", table.concat(distinct(parts)))
 end
 
---- The layers of a run's champion as letters; nil where its file is missing or it has too many voxels.
+--- The layers of a run's champion as letters; nil where its file is missing or it has too many
+--- voxels.
 ---@return string|nil layers
 ---@return string|nil legend
 function page.letters(run, title, style)
