@@ -1,5 +1,6 @@
 --- evolution.lua: on every seed evolution improves on its first generation and beats a random
---- search with as many evaluations. Half a minute per seed; all but the first seed are tagged full.
+--- search with as many evaluations. A quarter of a minute per seed; all but the first are tagged
+--- full.
 
 local limax, suite = require "limax", require("limax.test").suite "evolution"
 
@@ -9,7 +10,7 @@ local SEEDS = { 1, 2, 3 }
 local function experiment(seed, population, generations)
   return limax.experiment {
     name = "evolution", fitness = "walk", seed = seed, population = population,
-    generations = generations, repetitions = 1, simulation = { time_step = "auto" },
+    generations = generations, repetitions = 1, simulation = { duration = 5, time_step = "auto" },
   }
 end
 
