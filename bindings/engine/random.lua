@@ -18,13 +18,13 @@ local stream_rule = schema.choice(names.stream.names)
 ---@class limax.random
 ---@field draw integer numbers drawn so far
 local methods = strict.methods "random"
-local class = { __index = methods, __newindex = strict.read_only("a random",
+local class = { __index = methods, __newindex = strict.read_only("a random stream",
   "what a function keeps is in its last argument, `state`") }
 
 -- The number of the next draw.
 local function next_draw(self)
   if getmetatable(self) ~= class then
-    schema.refuse("random", "a random", self)
+    schema.refuse("random", "a random stream", self)
   end
   local draw = self.draw
   if draw >= 4294967296 then

@@ -59,7 +59,7 @@ void sync_path(const std::string& path, int flags);
 // Writes completely or not at all. A link stays, and a terminal or a pipe is written to directly.
 void write_atomic(const std::string& path, std::string_view text);
 
-// Writes completely or not at all, in the place of whatever has this name: never behind a link.
+// Writes completely or not at all. A link of this name is replaced, not followed.
 void replace(const std::string& path, std::string_view text);
 
 // Appends whole lines with one write; `mode` is for a file that it creates. A part that a full disk

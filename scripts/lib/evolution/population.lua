@@ -250,7 +250,7 @@ local function check_trials_read(robots, law, wanted)
   end
 end
 
--- What to say of a first generation whose bodies differ and whose scores do not; nil of others.
+-- What to report of a first generation whose bodies differ and whose scores do not; nil of others.
 local function constant_text(robots)
   local first, differ = robots.records[robots.ranked[1]], false
   for _, i in ipairs(robots.ranked) do

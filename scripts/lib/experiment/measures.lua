@@ -284,7 +284,7 @@ local function values_of(list, robot, state)
   return values
 end
 
---- What to say of descriptors that more than half of the robots have beyond their range.
+--- What to report of descriptors that more than half of the robots have beyond their range.
 ---@param list limax.measure[]
 ---@param records table[]
 ---@return string[]

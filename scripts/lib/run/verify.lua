@@ -202,8 +202,8 @@ local function check_configurations(state, path)
     check_scripts(state, path, check_sealed(state, path, file, "config"), "scripts-" .. n)
     last = n
   end
-  -- a process that is killed while it changes the run has kept its configuration already, and may
-  -- have replaced scripts
+  -- a process that was killed while it changed the run may have replaced scripts, after it copied
+  -- the configuration
   local is_kept = last and source.read(path .. "/config.json")
     == source.read(("%s/config-%d.json"):format(path, last))
   check_scripts(state, path, check_sealed(state, path, "config.json", "config"), "scripts",

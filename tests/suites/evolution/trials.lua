@@ -233,10 +233,11 @@ suite:test("notes name the trial, and a fitness that reads only the first one is
   local text = table.concat(notes, "\n")
   t:ok(text:find("trials[2].duration is rounded up from 0.333 s", 1, true), text)
   t:ok(text:find("trials[2].scene.gravity: its acceleration points up", 1, true), text)
-  local said = {}
+  local warnings = {}
   finished({ fitness = function(robot) return robot:distance() end, generations = 1 },
-    { say = function(words) said[#said + 1] = words end })
-  t:ok(said[#said]:find("the fitness does not read robot.trials", 1, true), said[#said])
+    { say = function(words) warnings[#warnings + 1] = words end })
+  local last = warnings[#warnings]
+  t:ok(last:find("the fitness does not read robot.trials", 1, true), last)
 end)
 
 suite:test("--set changes a field of a trial", function(t)

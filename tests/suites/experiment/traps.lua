@@ -1,5 +1,5 @@
 --- traps.lua: mistakes in an experiment that would otherwise change its meaning without a word.
---- Each row is what a user writes, and what `limax run` then says: it stops, or it warns and goes
+--- Each row is what a user writes, and what `limax run` then does: it stops, or it warns and goes
 --- on.
 
 local host = require "limax.host"
@@ -19,7 +19,7 @@ local experiment = limax.experiment {
 ]]
 
 -- Runs `limax run try.lua` with these fields, and expects its status and a part of its messages.
-local function says(t, status, text, fields, head, tail)
+local function gives(t, status, text, fields, head, tail)
   local folder = t:folder()
   if not fields:find "^fitness" then fields = 'fitness = "distance", ' .. fields end
   assert(host.file.write_atomic(folder .. "/try.lua",
@@ -37,9 +37,9 @@ local function selection(text)
 end
 
 suite:test("robots are read-only", { limit = 60 }, function(t)
-  says(t, 1, 'try.lua:5: a robot is read-only (assignment to "fitness")',
+  gives(t, 1, 'try.lua:5: a robot is read-only (assignment to "fitness")',
     fitness "robot.fitness = 7; return 1")
-  says(t, 1, "a robot is read-only", selection "population[1].fitness = 9; return 1, 2")
+  gives(t, 1, "a robot is read-only", selection "population[1].fitness = 9; return 1, 2")
   -- tables that a script changes are its own copies
   local folder = t:folder()
   assert(host.file.write_atomic(folder .. "/try.lua", SCRIPT:format("", fitness
@@ -54,62 +54,62 @@ suite:test("robots are read-only", { limit = 60 }, function(t)
 end)
 
 suite:test("names that do not exist", { limit = 60 }, function(t)
-  says(t, 0, 'a generation has no "bst"; did you mean "best"?',
+  gives(t, 0, 'a generation has no "bst"; did you mean "best"?',
     supervisor "return { mutation_rate = history[#history].bst }")
-  says(t, 0, 'parameters has no "mutationrate"',
+  gives(t, 0, 'parameters has no "mutationrate"',
     supervisor "return { mutation_rate = history[#history].parameters.mutationrate }")
-  says(t, 0, "the history is a list of generations: history[#history].best",
+  gives(t, 0, "the history is a list of generations: history[#history].best",
     supervisor "return { mutation_rate = history.best }")
-  says(t, 1, 'a body\'s count has no "bones"; did you mean "bone"?',
+  gives(t, 1, 'a body\'s count has no "bones"; did you mean "bone"?',
     fitness "return (robot.body.count.bones or 0)")
-  says(t, 1, 'try.lua:5: a population has no "rank"; did you mean "ranked"?',
+  gives(t, 1, 'try.lua:5: a population has no "rank"; did you mean "ranked"?',
     selection "return population.rank[1], 1")
-  says(t, 0, "", "", "", "for robots in limax.start(experiment):generations() do"
+  gives(t, 0, "", "", "", "for robots in limax.start(experiment):generations() do"
     .. " assert(not (robots.archive or robots.island or robots.state)) end return experiment")
 end)
 
 suite:test("what a script may not change", { limit = 60 }, function(t)
-  says(t, 0, "a generation of the history is read-only", supervisor "history[#history].best = 9")
+  gives(t, 0, "a generation of the history is read-only", supervisor "history[#history].best = 9")
   -- a proposal made from the parameters of a generation is limited like any other
-  says(t, 0, "", supervisor [[
+  gives(t, 0, "", supervisor [[
     local p = history[#history].parameters
     p.mutation_rate = 0.9
     assert(history[#history].parameters.mutation_rate < 0.9)
     return p]])
-  says(t, 0, "", supervisor [[
+  gives(t, 0, "", supervisor [[
     history[#history].diversity.all.hamming = 9
     assert(history[#history].diversity.all.hamming < 9)]])
   -- the state is the last argument
-  says(t, 1, 'a random is read-only (assignment to "seen")',
+  gives(t, 1, 'a random stream is read-only (assignment to "seen")',
     "survival = function(robots, state) state.seen = 1 return { 1 } end")
-  says(t, 0, "reason: best best_standard champion coarse", supervisor [[
+  gives(t, 0, "reason: best best_standard champion coarse", supervisor [[
     local names = {}
     for name, value in pairs(history[#history]) do names[#names + 1] = value and name end
     error("reason: " .. table.concat(names, " "))]])
-  says(t, 1, "the supervisor of generation 0 changed the population's list of robots", supervisor
+  gives(t, 1, "the supervisor of generation 0 changed the population's list of robots", supervisor
     "table.sort(history[#history].population, function(a, b) return a.id > b.id end)")
-  says(t, 1, "the selection of generation 0 changed population.ranked",
+  gives(t, 1, "the selection of generation 0 changed population.ranked",
     selection "table.remove(population.ranked, 1) return 1, 2")
-  says(t, 1, 'try.lua:7: an experiment is read-only (assignment to "population")', "", "",
+  gives(t, 1, 'try.lua:7: an experiment is read-only (assignment to "population")', "", "",
     "experiment.population = 8\nreturn experiment")
-  says(t, 1, "limax.fitness is read-only", "", "limax.fitness.mine = function() return 1 end")
+  gives(t, 1, "limax.fitness is read-only", "", "limax.fitness.mine = function() return 1 end")
 end)
 
 suite:test("results that say nothing", { limit = 60 }, function(t)
-  says(t, 0, "all 6 scored robots of generation 0 have the fitness 1", fitness "return 1")
-  says(t, 0, "the supervisor proposed nothing in all 2 generations",
+  gives(t, 0, "all 6 scored robots of generation 0 have the fitness 1", fitness "return 1")
+  gives(t, 0, "the supervisor proposed nothing in all 2 generations",
     supervisor "local proposal = { mutation_rate = 0.2 }")
-  says(t, 1, "does every path of it end in `return`? (try.lua:5)", fitness "robot:distance()")
-  says(t, 2, "try.lua returns several values", "", "", "return experiment, experiment")
-  says(t, 1, "expected two indices, got more", selection "return 1, 2, 3")
-  says(t, 1, "breed: generation 0 was bred already", "", "",
+  gives(t, 1, "does every path of it end in `return`? (try.lua:5)", fitness "robot:distance()")
+  gives(t, 2, "try.lua returns several values", "", "", "return experiment, experiment")
+  gives(t, 1, "expected two indices, got more", selection "return 1, 2, 3")
+  gives(t, 1, "breed: generation 0 was bred already", "", "",
     "for robots in limax.start(experiment):generations() do robots:breed():breed() end")
-  says(t, 2, "try.lua is a suite of tests: limax test try.lua", "",
+  gives(t, 2, "try.lua is a suite of tests: limax test try.lua", "",
     'require("limax.test").suite "x"', "")
 end)
 
 suite:test("names of the library", { limit = 60 }, function(t)
-  says(t, 1, 'limax.supervise has no "rules": an experiment names it by its text, "rules"',
+  gives(t, 1, 'limax.supervise has no "rules": an experiment names it by its text, "rules"',
     "supervisor = limax.supervise.rules")
   local folder = t:folder()
   assert(host.file.write_atomic(folder .. "/try.lua", SCRIPT:format("", 'fitness = "walk"',
@@ -120,20 +120,20 @@ suite:test("names of the library", { limit = 60 }, function(t)
 end)
 
 suite:test("fields in the wrong place or form", { limit = 60 }, function(t)
-  says(t, 2, "mutation_rate: unknown field; it belongs in breeding = { mutation_rate = ... }",
+  gives(t, 2, "mutation_rate: unknown field; it belongs in breeding = { mutation_rate = ... }",
     "mutation_rate = 0.1")
-  says(t, 2, "mutation: unknown field; it belongs in genome = { mutation = ... }",
+  gives(t, 2, "mutation: unknown field; it belongs in genome = { mutation = ... }",
     'mutation = "block"')
-  says(t, 2, "trials[1].actuation: unknown field", "trials = { limax.scenes.land() }")
-  says(t, 0, "breeding.elite_fraction: the survival \"plus\" does not use it",
+  gives(t, 2, "trials[1].actuation: unknown field", "trials = { limax.scenes.land() }")
+  gives(t, 0, "breeding.elite_fraction: the survival \"plus\" does not use it",
     'survival = "plus", breeding = { elite_fraction = 0.5 }')
-  says(t, 0, "islands.every: no robot is exchanged", "islands = { count = 2, migrants = 1 }")
-  says(t, 0, "6 of 6 robots of generation 0 have the descriptor 1 (muscle_share) beyond its range",
+  gives(t, 0, "islands.every: no robot is exchanged", "islands = { count = 2, migrants = 1 }")
+  gives(t, 0, "6 of 6 robots of generation 0 have the descriptor 1 (muscle_share) beyond its range",
     'archive = { "grid", descriptors = { { "muscle_share", range = { 2, 3 } } } }')
-  says(t, 2, "gravity: unknown field; it belongs in scene", "gravity = true")
-  says(t, 2, "device: unknown field; it is an option of limax run: --device", 'device = "cpu"')
-  says(t, 2, "a ready scene is called: scene = limax.scenes.water()", 'scene = "water"')
-  says(t, 2, "a ready scene is called: scene = limax.scenes.land()", "scene = limax.scenes.land")
+  gives(t, 2, "gravity: unknown field; it belongs in scene", "gravity = true")
+  gives(t, 2, "device: unknown field; it is an option of limax run: --device", 'device = "cpu"')
+  gives(t, 2, "a ready scene is called: scene = limax.scenes.water()", 'scene = "water"')
+  gives(t, 2, "a ready scene is called: scene = limax.scenes.land()", "scene = limax.scenes.land")
   local folder = t:folder()
   assert(host.file.write_atomic(folder .. "/try.lua", SCRIPT:format("", 'fitness = "walk"',
     "return experiment")))

@@ -64,7 +64,7 @@ suite:test("a pipe in a folder is named, and does not stop limax list", { limit 
   t:equal({ done.status, done.stderr }, { 1, "limax: bad2/STATUS: is not a regular file\n" })
 end)
 
-suite:test("a resume changes nothing behind a link", { limit = 20 }, function(t)
+suite:test("a resume writes through no link", { limit = 20 }, function(t)
   local base = t:folder()
   assert(host.file.write_atomic(base .. "/tiny.lua", SCRIPT))
   process.completes(t, base, { "run", "tiny.lua", "--out", "r", "-q", "--device", "cpu" })
