@@ -1,6 +1,7 @@
 --- picture.lua: `limax picture ROBOT|RUN --out FILE`: stills, film strips and animations. It needs
 --- no display.
 
+local earlier = require "limax.tools.report.earlier"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
 local motion = require "limax.draw.motion"
@@ -19,7 +20,8 @@ local command = {
   text = [[
 Draws a robot file, or the champion of a run folder, simulated again as its file describes. One
 time gives a still, several a film strip; .gif and .mp4 show all of the simulation, or the part
-between the first and the last time. .mp4 needs ffmpeg.]],
+between the first and the last time. .mp4 needs ffmpeg. --robot draws any robot of a run, such as
+one of its archive, by the id in the report and in the population files.]],
   positional = { least = 1, most = 1, name = "ROBOT|RUN" },
   options = {
     { name = "out", argument = "FILE", text = "the picture; its ending sets the format" },
@@ -32,6 +34,8 @@ between the first and the last time. .mp4 needs ffmpeg.]],
     { name = "dpi", argument = "N", kind = "number", minimum = 1, maximum = 10000,
       text = "resolution in a .png: dots per inch on paper" },
     { name = "transparent", text = "transparent background" },
+    { name = "robot", argument = "ID", kind = "integer", minimum = 1, maximum = 2 ^ 53,
+      text = "of a run folder: this robot [the champion]" },
     { name = "trial", argument = "N", kind = "integer", minimum = 1, maximum = 1e6,
       text = "of a robot that was judged in several trials [1]" },
     { name = "device", argument = "NAME", choices = { "auto", "cpu", "cuda" }, value = "cpu",
@@ -53,19 +57,24 @@ local ANIMATIONS = { gif = true, mp4 = true }
 
 local function usage(text, ...) failure.raise(2, text:format(...)) end
 
--- A robot file: the argument itself, or a run's champion.
-local function file_of(word)
+-- What to draw, and its name: a robot file, the champion's file of a run, or the description of
+-- another robot of the run.
+local function source_of(word, id)
   if not runs.is_folder(word) then
     if host.file.exists(word) ~= "file" then
       usage("%s is neither a robot file nor a run folder", word)
+    elseif id then
+      usage("--robot: %s is a robot file; a run folder has several robots", word)
     end
-    return word
+    return word, shell.path(word)
   end
   local folder = runs.read(word)
   output.warn(verify.warning(word) or "")
   if #folder.runs == 0 then failure.raise(1, word .. ": no generation has been scored yet") end
   local leading = runs.leading(folder.runs)
-  return runs.champion(leading, runs.result(leading))
+  if id then return earlier.robot(leading, id), ("robot %d of %s"):format(id, shell.path(word)) end
+  local path = runs.champion(leading, runs.result(leading))
+  return path, shell.path(path)
 end
 
 -- The times of `--times`; nil if it is left out.
@@ -154,8 +163,8 @@ end
 
 function command.run(arguments)
   local ending = check(arguments)
-  local path = file_of(arguments[1])
-  local read, walker = failure.attempt(robot, path)
+  local from, path = source_of(arguments[1], arguments.robot)
+  local read, walker = failure.attempt(arguments.robot and robot.of or robot, from)
   if not read then failure.raise(1, failure.bare(walker)) end
   local trials = #(walker.description.trials or { walker.description })
   if arguments.trial and arguments.trial > trials then
@@ -185,7 +194,7 @@ function command.run(arguments)
       transparent = arguments.transparent }))
   end
   output.write(("%s: %d x %d pixels of %s\n"):format(shell.path(arguments.out), drawn.width,
-    drawn.height, shell.path(path)))
+    drawn.height, path))
   return 0
 end
 

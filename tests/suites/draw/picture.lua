@@ -1,10 +1,13 @@
 --- picture.lua: canvases and `limax picture`: formats, sizes, views and wrong options.
 
 local canvases = require "limax.draw.canvas"
+local earlier = require "limax.tools.report.earlier"
 local evolution = require "support.evolution"
 local host = require "limax.host"
 local limax = require "limax"
 local process = require "support.process"
+local robots = require "limax.robot.robot"
+local runs = require "limax.tools.report.runs"
 local source = require "limax.base.source"
 local view = require "limax.draw.picture.view"
 
@@ -119,6 +122,26 @@ suite:test("an animation has a frame for each 1/25 s", { limit = 30 }, function(
   picture(t, base, { file, "--out", "walk.mp4", "--width", "120" })
   t:equal(source.read(base .. "/walk.mp4"):sub(5, 8), "ftyp")
   t:ok(not host.file.exists(base .. "/walk.mp4.part.mp4"))
+end)
+
+suite:test("any robot of a run can be drawn, as it was simulated", { limit = 20 }, function(t)
+  local base = t:folder()
+  for k, encoding in ipairs { "fourier", "direct", { "symmetric", of = "cppn", axis = "y" } } do
+    local folder = ("%s/r%d"):format(base, k)
+    local history = limax.start(evolution.small { generations = 5, genome = {
+      encoding = encoding } }, { out = folder, say = evolution.silent }):finish()
+    local robot
+    for _, each in ipairs(history[2].population) do
+      if each.generation == 1 and each.fitness then robot = each end
+    end
+    local again = robots.of(earlier.robot(runs.read(folder).runs[1], robot.id))
+    t:equal(again.body.hash, robot.body.hash)
+    t:equal(again:replay().fitness, robot.fitness)
+    local done = picture(t, base, { folder, "--robot", tostring(robot.id), "--out", "r.svg" })
+    t:ok(done.stdout:find(("robot %d of "):format(robot.id), 1, true), done.stdout)
+  end
+  local done = picture(t, base, { "r1", "--robot", "999", "--out", "r.svg" }, 1)
+  t:ok(done.stderr:find("r1 has no robot 999: it has 1 to 30", 1, true), done.stderr)
 end)
 
 suite:test("a run's last champion is drawn, wrong options are refused", { limit = 20 }, function(t)

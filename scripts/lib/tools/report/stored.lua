@@ -17,12 +17,14 @@ local MOST_LETTERS = 5e5
 -- Earlier fronts that are drawn, besides the last.
 local EARLIER = 3
 
--- A part of a configuration as an experiment names it. Functions of a script are not called here.
-local function spec_of(value)
+--- A part of a configuration as an experiment names it. Functions of a script are not called here.
+---@param value any of config.json
+---@return any
+function stored.spec_of(value)
   if type(value) ~= "table" then return value end
   local spec = {}
   for key, entry in pairs(value) do
-    if key ~= "function" and key ~= "name" then spec[key] = spec_of(entry) end
+    if key ~= "function" and key ~= "name" then spec[key] = stored.spec_of(entry) end
   end
   if value["function"] then
     spec[1], spec.name = function() return 0 end, value.name
@@ -36,7 +38,8 @@ end
 local function definition_of(run, field, library)
   local value = run.config[field]
   if type(value) ~= "table" or value["function"] then return nil end
-  return run_files.about(run.path .. "/config.json", library.get, spec_of(value))
+  return run_files.about(run.path .. "/config.json", library.get,
+    stored.spec_of(value))
 end
 
 local function file_of(run, kind, generation)

@@ -1,0 +1,73 @@
+--- earlier.lua: any robot of a run folder, by its id: its genes are in the population file of the
+--- generation that it was new in, whose champion's file has the world it was simulated in.
+
+local failure = require "limax.base.failure"
+local npy = require "limax.base.npy"
+local robot_of_genome = require "limax.experiment.robot_of_genome"
+local run_files = require "limax.settings.run_files"
+local runs = require "limax.tools.report.runs"
+local source = require "limax.base.source"
+local stored = require "limax.tools.report.stored"
+local verify = require "limax.run.verify"
+
+local earlier = {}
+
+-- The genes of robot `index` of a generation.
+local function genes_of(run, generation, index)
+  local path = run.path .. "/" .. verify.place("genomes", run.repetition, generation)
+  local text = source.read(path)
+  local array, message = npy.decode(text or "")
+  if not array then
+    failure.raise(1, text and ("%s %s"):format(path, message) or path .. " is missing")
+  end
+  local numbers, genes, size = npy.numbers(array), {}, array.shape[2]
+  for g = 1, size do genes[g] = numbers[(index - 1) * size + g] end
+  return genes
+end
+
+-- Refuses an encoding that only the script can express.
+local function check_encoding(run, encoding)
+  if type(encoding) ~= "table" then return end
+  if encoding["function"] or encoding.express then
+    failure.raise(1, ("%s: its encoding is a function of the script, which is not run here; in a"
+      .. " loop of limax.start, run.history[generation + 1].population[index]:save(FILE) writes a"
+      .. " robot"):format(run.path))
+  end
+  for _, part in pairs(encoding) do check_encoding(run, part) end
+end
+
+--- The description of a robot.
+---@param run limax.report.run
+---@param id integer
+---@return limax.robot.description
+function earlier.robot(run, id)
+  local config = run.config
+  local generation = math.floor((id - 1) / config.population)
+  local index, line = id - generation * config.population, run.lines[generation + 1]
+  if not line then
+    failure.raise(1, ("%s has no robot %d: it has 1 to %d"):format(run.path, id,
+      #run.lines * config.population))
+  end
+  check_encoding(run, config.genome.encoding)
+  local path = run.path .. "/" .. verify.place("population", run.repetition, generation)
+  local record = run_files.robots(source.read(path) or "", path)[index]
+  if not record or record.id ~= id then
+    failure.raise(1, ("%s has no robot %d: the ids are those in %s"):format(run.path, id, path))
+  end
+  local description, message = runs.description(run, line)
+  if not description then failure.raise(1, message) end
+  local genome = config.genome
+  local body = robot_of_genome.describe { genome = genes_of(run, generation, index),
+    lattice = description.lattice, materials = description.materials, edge = description.edge,
+    encoding = stored.spec_of(genome.encoding), features = genome.features, sigma = genome.sigma,
+    hidden = genome.hidden, initial_scale = genome.initial_scale, seed = config.seed,
+    repetition = run.repetition }
+  description.voxels, description.weights = body.voxels, body.weights
+  for _, name in ipairs { "id", "parents", "origin", "outcome" } do
+    description[name] = record[name]
+  end
+  description.generation, description.score = generation, record.fitness
+  return description
+end
+
+return earlier
