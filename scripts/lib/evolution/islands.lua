@@ -2,6 +2,8 @@
 --- robots. The record of a robot has the number of its `island`. Survival and selection see one
 --- island at a time, as a scored population of its robots; their indices are mapped back here.
 
+local population = require "limax.evolution.population"
+
 local islands = {}
 
 --- The island of a robot of the first generation: equal parts, in order.
@@ -17,10 +19,7 @@ end
 local function views(robots, count)
   local list, place = {}, {}
   for k = 1, count do
-    local view = setmetatable({}, getmetatable(robots))
-    for key, value in pairs(robots) do
-      if type(key) == "string" then view[key] = value end
-    end
+    local view = population.without_robots(robots)
     view.island, view.records, view.contexts, view.ranked = k, {}, {}, {}
     list[k] = view
   end

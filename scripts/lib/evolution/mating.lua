@@ -110,12 +110,12 @@ end
 ---@return limax.population.scored
 function mating.pool(robots, parents, has_rows)
   if parents == robots.ranked then return robots end
-  local pool = setmetatable({}, getmetatable(robots))
-  for key, value in pairs(robots) do
-    if not has_rows or type(key) ~= "number" then pool[key] = value end
+  local pool = population.without_robots(robots)
+  if not has_rows then
+    pool.ranked = parents
+    for i = 1, #robots do pool[i] = robots[i] end
+    return pool
   end
-  pool.ranked = parents
-  if not has_rows then return pool end
   pool.ranked, pool.records, pool.parents, pool.engine = {}, {}, parents, nil
   for k, each in ipairs(parents) do
     local is_row = type(each) == "table"

@@ -121,6 +121,17 @@ function population.new(world, fields)
   return robots
 end
 
+--- A population with the fields of another one and without its robots.
+---@param robots limax.population.scored
+---@return limax.population.scored
+function population.without_robots(robots)
+  local copy = setmetatable({}, class)
+  for key, value in pairs(robots) do
+    if type(key) == "string" then copy[key] = value end
+  end
+  return copy
+end
+
 --- Adds the bodies of an expressed population to the records of its robots.
 ---@param engine_population limax.population
 ---@param materials limax.materials
