@@ -30,21 +30,20 @@ local function express(run, fields)
   genes.express(run:rules_of_genes(fields), fields.engine)
   population.add_bodies(fields.engine, fields.materials, fields.records)
   fields.timing.express = host.clock() - began
-  fields.repetition, fields.archive = run.repetition, run.world.archive
-    and run.world.archive:list()
+  fields.repetition = run.repetition
+  fields.archive = run.world.archive and run.world.archive:list()
   return population.new(run.world, fields)
 end
 
 local function first_generation(run)
   local began = host.clock()
-  local robots, records, rows = run:new_robots(), {}, {}
+  local robots, records = run:new_robots(), {}
   for i = 1, robots.count do
-    rows[i] = i
     records[i] = { id = i, generation = 0, parents = host.json.array {}, origin = "initial",
       island = islands.first(run.config, i), age = run.experiment.survival.ages and 0 or nil }
   end
   genes.initialize(run:rules_of_genes { materials = run.first_materials,
-    parameters = run.config.breeding }, robots, rows, 0)
+    parameters = run.config.breeding }, robots, nil, 0)
   return express(run, { engine = robots, generation = 0, records = records,
     materials = run.first_materials, parameters = run.config.breeding,
     ledger = { supervisor = (run.session or run.experiment.supervisor).name,
@@ -73,28 +72,27 @@ end
 local function next_generation(run, robots, choice)
   local began, generation = host.clock(), robots.generation + 1
   local decided = supervise(run, robots, choice)
-  local supervised = host.clock()
+  local rules, supervised = run:rules_of_genes(decided), host.clock()
   local elites, list, homes =
     select.elites_and_parents(run, robots, generation, decided.parameters, choice)
   local parents = mating.parents(robots, list, function(count) return run:new_robots(count) end)
   -- an elite keeps its score under the same materials, in the same trials
-  local same = decided.materials == robots.materials
-    and run.world.trials(generation) == robots.trials
-  local keep = same and record.scores_valid(robots)
+  local keep = decided.materials == robots.materials
+    and run.world.trials(generation) == robots.trials and record.scores_valid(robots)
   local records = mating.records(generation, #elites, parents, keep, homes)
-  local bred = genes.breed(run:rules_of_genes(decided), { generation = generation,
-    elites = #elites, pairs = parents.pairs, parents = parents.engine, records = records,
+  local bred = genes.breed(rules, { generation = generation, elites = #elites,
+    pairs = parents.pairs, parents = parents.engine, records = records,
     parent_records = parents.records })
   if run.experiment.survival.ages then
     local rows = mating.renew(records, parents, run.experiment.survival.newcomers)
-    genes.initialize(run:rules_of_genes(decided), bred, rows, generation)
+    genes.initialize(rules, bred, rows, generation)
   end
   if parents.engine ~= robots.engine then parents.engine:free() end
   robots.archive = nil
   return express(run, { engine = bred, generation = generation, records = records,
     materials = decided.materials, parameters = decided.parameters, ledger = decided.ledger,
-    supervision = decided.supervision,
-    supervisor_failed = decided.failed or nil, parents_scored_with = robots.scored_with,
+    supervision = decided.supervision, supervisor_failed = decided.failed or nil,
+    parents_scored_with = robots.scored_with,
     timing = { supervise = supervised - began, breed = host.clock() - supervised } })
 end
 

@@ -48,11 +48,11 @@ end
 --- The genes of new robots.
 ---@param rules limax.genes.rules
 ---@param population limax.population of the engine
----@param rows integer[]
+---@param rows integer[]|nil all if left out
 ---@param generation integer
 function genes.initialize(rules, population, rows, generation)
   local own = rules.encoding.initialize or function(robots) robots:initialize() end
-  call("the encoding's initialize", own, rules, population, rows,
+  call("the encoding's initialize", own, rules, population, rows or rows_of(1, population.count),
     { phase = "initialize", generation = generation })
 end
 
