@@ -166,6 +166,12 @@ function mating.pairs(pool, count, elites, named, choose)
     failure.raise(1, ("breed: %d elites and %d pairs of parents make %d robots; the population"
       .. " is %d"):format(#elites, #named, #elites + #named, count))
   end
+  for k, pair in ipairs(named or {}) do
+    if type(pair) ~= "table" or #pair ~= 2 then
+      failure.raise(1, ("breed: parents[%d] is %s; expected a pair { i, j } of indices or rows of"
+        .. " the archive"):format(k, schema.show(pair)))
+    end
+  end
   local list = {}
   for k, index in ipairs(elites) do list[k] = { index, index } end
   for k = 1, wanted do

@@ -72,6 +72,14 @@ function class.__index(robots, key)
   return strict.unknown("a population", key, FIELDS, Population)
 end
 
+function class.__newindex(robots, key, value)
+  if key == "state" then
+    failure.raise(1, "population.state is a table of the run: write to its fields, such as"
+      .. " population.state.count = 1", 2)
+  end
+  rawset(robots, key, value)
+end
+
 local population = {}
 
 -- Where the record of robot i comes from; `simulations`, one per trial, are added later. `options`

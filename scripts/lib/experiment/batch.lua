@@ -32,8 +32,12 @@ function class.__index(self, key)
   if NOT_OF_GENES[key] and self.parts.express then
     engine.fail(("robots.%s: express has none: %s"):format(key, batch.GENES_ONLY))
   end
+  if key == "state" then return self.parts.state end
   return methods[key] or not FIELDS[key] and strict.unknown("robots", key, FIELDS, methods) or nil
 end
+
+class.__newindex = strict.read_only("a list of robots", "write to their genes, or to a field of"
+  .. " robots.state")
 
 --- Makes a batch. `parts` holds what its methods use: `population` of the engine; `pairs` and
 --- `parents`, another population, in a mutation or crossover; `seed`, `repetition`, `device`.
