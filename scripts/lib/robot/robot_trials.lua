@@ -3,6 +3,7 @@
 --- settings of each.
 
 local body = require "limax.robot.body"
+local drive = require "limax.settings.drive"
 local engine = require "limax.engine"
 local robot_file = require "limax.robot.robot_file"
 
@@ -37,6 +38,18 @@ function robot_trials.is_coarse(record)
     if each.coarse then return true end
   end
   return record.outcome ~= nil and record.outcome.coarse == true
+end
+
+--- Has a period of the muscles too few steps in any of its trials?
+---@param record table
+---@param whole limax.robot.context
+function robot_trials.is_undersampled(record, whole)
+  local outcomes = record.trials or { record.outcome }
+  for k, each in ipairs(whole.trials or { whole }) do
+    local step = outcomes[k] and outcomes[k].time_step
+    if step and drive.problem(each.scene, step) then return true end
+  end
+  return false
 end
 
 -- The record of a robot in one of its trials only, which has no score.

@@ -5,7 +5,6 @@
 local body = require "limax.robot.body"
 local choice = require "limax.base.choice"
 local defaults = require "limax.settings.defaults"
-local drive = require "limax.settings.drive"
 local energy_balance = require "limax.robot.energy_balance"
 local engine = require "limax.engine"
 local prepared = require "limax.robot.prepared"
@@ -94,15 +93,7 @@ local computed = {}
 function computed.coarse(self) return robot_trials.is_coarse(self.record) end
 
 function computed.undersampled(self)
-  local record, context = self.record, self.context
-  local outcomes = record.trials or { record.outcome }
-  for k, each in ipairs(context.trials or { context }) do
-    local outcome = outcomes[k]
-    if outcome and outcome.time_step and drive.problem(each.scene, outcome.time_step) then
-      return true
-    end
-  end
-  return false
+  return robot_trials.is_undersampled(self.record, self.context)
 end
 
 local class = {}
