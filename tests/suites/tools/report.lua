@@ -5,21 +5,17 @@ local evolution = require "support.evolution"
 local host = require "limax.host"
 local limax = require "limax"
 local parameters = require "limax.tools.report.parameters"
-local polygon = require "limax.draw.picture.polygon"
 local process = require "support.process"
-local motion = require "limax.draw.motion"
-local replay = require "limax.tools.report.replay"
+local run_files = require "limax.settings.run_files"
 local source = require "limax.base.source"
 local talker = require "support.talker"
-local world = require "limax.draw.picture.world"
 
 local suite = require("limax.test").suite "report"
 
 local run = evolution.run
 
 local function report(t, base, words)
-  local done = process.completes(t, base, { "report", unpack(words) })
-  return done
+  return process.completes(t, base, { "report", unpack(words) })
 end
 
 -- The numbers of every chart of a page: lists of curves.
@@ -32,11 +28,7 @@ local function charts_of(page)
 end
 
 local function metrics_of(folder)
-  local list = {}
-  for line in source.read(folder .. "/metrics.jsonl"):gmatch "[^\n]+" do
-    list[#list + 1] = host.json.decode(line)
-  end
-  return list
+  return run_files.lines(folder .. "/metrics.jsonl", "metrics")
 end
 
 suite:test("the page has the run's numbers and loads nothing", { limit = 20 }, function(t)
@@ -84,124 +76,6 @@ suite:test("other measures of a fitness are drawn, on the page and in figures",
     end
     t:equal(found, points)
     t:ok(source.read(base .. "/out/measures.csv"):find("way of the champion", 1, true))
-  end)
-
--- The numbers of the first chart of a page whose title begins so.
-local function chart_named(page, title)
-  for figure in page:gmatch '<figure class="chart">(.-)</figure>' do
-    if figure:find('aria-label="' .. title, 1, true) then
-      return assert(host.json.decode(figure:match '<script type="application/json">(.-)</script>'))
-    end
-  end
-end
-
--- The robots of an archive with cells, as its files give them: id and letters by text.
-local function robots_in(folder, generations)
-  local by_cell, rows, by_text = {}, {}, {}
-  for generation = 0, generations - 1 do
-    local robots = {}
-    for line in source.read(("%s/r01/population/g%04d.jsonl"):format(folder, generation))
-      :gmatch "[^\n]+" do
-      robots[#robots + 1] = host.json.decode(line)
-    end
-    for line in source.read(("%s/r01/archive/g%04d.jsonl"):format(folder, generation))
-      :gmatch "[^\n]+" do
-      local row = host.json.decode(line)
-      row.robot = robots[row.index]
-      by_cell[row.cell] = row
-    end
-  end
-  for _, row in pairs(by_cell) do
-    rows[#rows + 1] = row
-    by_text[("robot %d of generation %d: "):format(row.id, row.robot.generation)] =
-      row.robot.body.letters
-  end
-  return rows, by_text
-end
-
-suite:test("a map has the robots of the archive, with their bodies", { limit = 20 }, function(t)
-  local base = t:folder()
-  local function mapped(name, archive)
-    local folder = run(base .. "/" .. name, { archive = archive, survival = "map_elites",
-      generations = 5, population = 12, lattice = { 3, 3, 2 } })
-    report(t, base, { name, "--no-robots" })
-    local page = source.read(folder .. "/report.html")
-    return chart_named(page, "archive of fixed"), page, folder
-  end
-  local map, page, folder = mapped("grid", { "grid",
-    descriptors = { { "muscle_share", cells = 4 }, { "voxel_share", cells = 5 } } })
-  local rows, by_text = robots_in(folder, 5)
-  t:equal(#map.robots.list, #rows)
-  local lines = metrics_of(folder)
-  t:equal(#rows, lines[#lines].archive.filled)
-  for _, robot in ipairs(map.robots.list) do
-    local letters = by_text[robot.text:match "^robot %d+ of generation %d+: "]
-    t:equal(robot.letters, letters)
-    t:near({ robot.box[3], robot.box[4] }, { (map.right - map.left) / 4,
-      (map.bottom - map.top) / 5 }, { atol = 0.2 })
-  end
-  t:ok(page:find("hatched cells are empty", 1, true) and page:find("muscle_share (1)", 1, true))
-  local curve = chart_named(page, "QD score").curves[1].points
-  for k, line in ipairs(lines) do t:equal(curve[k], { k - 1, line.archive.qd_score }) end
-  t:ok(not page:find('<section id="front"', 1, true) and not page:find "islands of")
-
-  local done = process.completes(t, base, { "list", "." })
-  t:ok(done.stdout:find "best%s+coverage%s+QD score"
-    and done.stdout:find(("%.4g  "):format(lines[#lines].archive.coverage), 1, true), done.stdout)
-  done = process.completes(t, base, { "run", host.home .. "/scripts/experiments/map_elites.lua",
-    "--set=generations=1", "--set=population=4", "--set=simulation.duration=0.2" })
-  t:ok(done.stderr:find("  coverage 0.", 1, true)
-    and done.stdout:find("archive: robots in", 1, true), done.stderr)
-
-  -- a cell of the plane has the best of its robots
-  map, page, folder = mapped("cube", { "grid", cells = 3,
-    descriptors = { "muscle_share", "voxel_share", "contact" } })
-  local best = {}
-  for _, row in ipairs((robots_in(folder, 5))) do
-    local cell = (row.cell - 1) % 9
-    best[cell] = math.max(best[cell] or -math.huge, row.fitness)
-  end
-  local count = 0
-  for _ in pairs(best) do count = count + 1 end
-  t:equal(#map.robots.list, count)
-  for _, value in pairs(best) do
-    t:ok(page:find((": fitness %.4g, "):format(value), 1, true), "the best of a cell")
-  end
-  t:ok(page:find("by the first two of 3 descriptors; of each cell the best", 1, true))
-  -- one descriptor, and cells without a grid
-  map = mapped("line", { "grid", descriptors = { "muscle_share" } })
-  t:equal({ map.x, map.y, #map.robots.list > 0 }, { "muscle_share (1)", "fitness (m)", true })
-  map = mapped("cvt", { "cvt", cells = 8, descriptors = { "muscle_share",
-    { function(robot) return robot:mass() end, name = "own", range = { 0, 99 } } } })
-  t:equal({ map.x, map.y }, { "muscle_share (1)", "own (unit of the script)" })
-end)
-
-suite:test("fronts, islands, ages and step sizes are drawn where a run has them", { limit = 20 },
-  function(t)
-    local base = t:folder()
-    local folder = run(base .. "/a", { population = 12, generations = 5, lattice = { 3, 3, 2 },
-      islands = { count = 2, every = 2, migrants = 1 }, genome = { mutation = "self_adaptive" },
-      survival = { "nsga2", objectives = { "distance", "-mass" }, reference = { 0, 99 } } })
-    report(t, base, { "a", "--no-robots" })
-    report(t, base, { "a", "--no-robots", "--figures", "out" })
-    local page, lines = source.read(folder .. "/report.html"), metrics_of(folder)
-    local last = lines[#lines]
-    local map = chart_named(page, "Pareto front of fixed")
-    t:equal({ #map.robots.list, map.x, map.y }, { last.front.size, "distance (m)",
-      "mass (kg; less is better)" })
-    local print = source.read(base .. "/out/front.csv")
-    t:equal(select(2, print:gsub("\nPareto[^\n]*,robots,", "")), last.front.size)
-    t:equal(chart_named(page, "hypervolume").curves[1].points[5], { 4, last.front.hypervolume })
-    for k, curve in ipairs(chart_named(page, "islands of fixed").curves) do
-      t:equal({ curve.name, curve.points[5] }, { "island " .. k, { 4, last.islands[k].best } })
-    end
-    local steps = chart_named(page, "mean step size").curves[1].points
-    t:equal(steps[#steps], { 4, last.step_size.mean })
-    run(base .. "/b", { survival = "age_fitness" })
-    report(t, base, { "b", "--no-robots" })
-    page, lines = source.read(base .. "/b/report.html"), metrics_of(base .. "/b")
-    t:equal(chart_named(page, "greatest age").curves[1].points[3], { 2, lines[3].age.most })
-    t:ok(not page:find('<section id="archive"', 1, true) and not page:find('id="islands"', 1, true))
   end)
 
 suite:test("several runs become arms side by side, and their differences", { limit = 20 },
@@ -432,67 +306,6 @@ suite:test("a run in progress is reported and listed", { limit = 20 }, function(
   local done = process.completes(t, base, { "list" })
   t:ok(done.stdout:find "runs/half +running +random +1 +1 +2/3 ", done.stdout)
   t:ok(done.stdout:find "runs/whole +done +fixed +7 +1 +3/3 ", done.stdout)
-end)
-
-local function simulated(layers, scene, duration)
-  local body = limax.robot { voxels = (("ecsbe\n"):rep(5) .. "\n"):rep(layers) }
-  local walked = motion.simulate(body, { scene = scene, duration = duration })
-  return replay.of(walked, body.description), walked, #replay.packed(walked, body.description)
-end
-
-suite:test("a robot of 5x5x5 voxels takes less than 150 kB for 5 s", { limit = 30 }, function(t)
-  local data, walked, size = simulated(5, limax.scenes.land(), 5)
-  -- all masses except the inner 4x4x4
-  t:equal({ data.masses, #data.materials }, { 216 - 64, 150 })
-  t:equal((data.samples - 1) / data.rate, walked:duration())
-  t:equal(data.phases[1], tonumber(("%.3f"):format(math.pi)))
-  local row, height = walked:trace "position", 0
-  for s = 0, data.samples - 1 do height = height + data.steps[s * data.masses * 3 + 3] end
-  t:near(height * data.step, row[row:size()][1][3], { atol = data.step })
-  t:ok(size < 150e3, ("%d bytes"):format(size))
-end)
-
-suite:test("the world of a replay is small, and what is far away is left out", { limit = 30 },
-  function(t)
-    local heights, many = {}, { planes = {}, boxes = {}, spheres = {} }
-    for x = 1, 500 do
-      heights[x] = {}
-      for y = 1, 500 do heights[x][y] = -0.01 * math.sin(x * y) - 0.01 end
-    end
-    for k = 1, 16 do
-      many.planes[k] = { normal = { 0.01 * k, 0, 1 }, offset = -0.1 }
-      many.boxes[k] = { from = { k, 0, 0 }, to = { k + 0.5, 1, 0.1 } }
-      many.spheres[k] = { center = { 0.5 * k, 2, 0 }, radius = 0.1 }
-    end
-    many.wind = { velocity = { 0, 2, 0 }, drag = 0.01 }
-    many.terrain = { spacing = 0.03, origin = { -5, -5, 0 }, heights = heights }
-    local data, _, size = simulated(2, limax.scenes.land(many), 0.2)
-    t:ok(size < 150e3, ("%d bytes"):format(size))
-    for _, part in ipairs(data.world.parts) do
-      t:ok(part.points[1] < 4, ("%g m"):format(part.points[1]))
-    end
-    t:equal(data.world.flows, { { name = "wind", label = "wind 2 m/s", velocity = { 0, 2, 0 },
-      hex = world.flow_ink.wind } })
-  end)
-
-suite:test("the world of a replay has each thing where it is", function(t)
-  local data = simulated(1, { gravity = true, ground = { height = -0.5 },
-    boxes = { { from = { 1, -1, 0 }, to = { 1.25, 1, 0.2 } } },
-    planes = { normal = { 0, 2, 0 }, offset = -1 },
-    terrain = { spacing = 1, origin = { -2, -2, -0.5 }, heights = { { 0, 0.1 }, { 0.2, 0 } } } },
-    0.1)
-  local found = {}
-  for _, part in ipairs(data.world.parts) do
-    local name = part.wall and "wall" or #part.points == 6 and "rule" or part.ink == world.ink
-      and "box" or part.edges[1] and "terrain" or "ground"
-    found[name] = found[name] or { polygon.bounds(3) }
-    for k = 1, #part.points, 3 do found[name][3] { unpack(part.points, k, k + 2) } end
-  end
-  t:equal({ found.box[1], found.box[2] }, { { 1, -1, 0 }, { 1.25, 1, 0.2 } })
-  t:equal({ found.wall[1][2], found.wall[2][2], found.wall[1][3] }, { -1, -1, -0.5 })
-  t:equal({ found.ground[1][3], found.ground[2][3] }, { -0.5, -0.5 })
-  t:near(found.terrain[2][3], -0.3, { atol = 0.02 })
-  t:ok(found.rule, "lines on the ground")
 end)
 
 suite:test("deflate, PNG and GIF write valid files", function(t)
