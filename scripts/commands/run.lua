@@ -93,7 +93,6 @@ end
 
 -- Opens a run folder at its last complete generation. Returns its experiment.
 local function reopen(session, arguments)
-  session.path = arguments.resume
   local folder = run_folder.open(arguments.resume)
   session.folder = folder
   local value, path, note = resume.run_script(folder, arguments.trust)
@@ -313,7 +312,8 @@ end
 ---@param arguments table options of `limax run` by name
 ---@return integer status 0; 130 after Ctrl-C; 1 or 2 after a failure
 function command.run_experiment(experiment, arguments)
-  local session = { quiet = arguments.quiet, tally = tally.new(), notes = {} }
+  local session = { path = arguments.resume, quiet = arguments.quiet, tally = tally.new(),
+    notes = {} }
   local ok, value, trace = host.protect(execute, session, experiment, arguments)
   local status = value
   if not ok then ok, status = pcall(end_early, session, value, trace) end
