@@ -30,9 +30,9 @@ local function call(what, own, rules, population, rows, fields)
   local phase = PHASE[fields.phase] -- none in an express
   local robots = batch.new(rows, { generation = fields.generation, lattice = rules.lattice,
     materials = rules.materials, parameters = phase and rules.parameters,
-    records = fields.records,
-    parent_records = fields.parent_records,
-    parts = { state = rules.state, population = population, pairs = fields.pairs, parents = fields.parents,
+    records = fields.records, parent_records = fields.parent_records,
+    parts = { state = rules.state, population = population, pairs = fields.pairs,
+      parents = fields.parents,
       seed = rules.seed, repetition = rules.repetition, device = rules.device,
       express = not phase, counter = phase and phase * 2 ^ 24, empty = rules.empty } })
   local ok, problem, trace = failure.attempt_watched(what, own, robots)

@@ -158,8 +158,9 @@ function resume.open(path, experiment, repetition, allowed, from)
   local folder = run_folder.open(path)
   local before = folder.config.run.repetition
   if before ~= repetition then
-    failure.raise(2, ("%s holds %s, not repetition %d"):format(path,
-      before and "repetition " .. before or "all repetitions", repetition))
+    failure.raise(2, ("%s holds %s, not repetition %d%s"):format(path,
+      before and "repetition " .. before or "all repetitions", repetition,
+      before and "" or "; limax run --resume continues it"))
   end
   local comparison = resume.continue(folder, experiment,
     { repetition = repetition, from = from, own_loop = true }, allowed, "changed = true")

@@ -92,6 +92,13 @@ suite:test("what a script may not change", { limit = 60 }, function(t)
     selection "table.remove(population.ranked, 1) return 1, 2")
   gives(t, 1, 'try.lua:7: an experiment is read-only (assignment to "population")', "", "",
     "experiment.population = 8\nreturn experiment")
+  gives(t, 1, "population.state is a table of the run: write to its fields", "", "",
+    "for robots in limax.start(experiment):generations() do robots.state = {} end")
+  gives(t, 1, "breed: parents[1] is 1; expected a pair { i, j }", "", "",
+    "for robots in limax.start(experiment):generations() do robots:score():breed { parents ="
+    .. " { 1, 2, 3, 4, 5, 6 }, elites = {} } end")
+  gives(t, 1, 'a list of robots is read-only (assignment to "state")',
+    "genome = { mutation = function(robots) robots.state = {} end }")
   gives(t, 1, "limax.fitness is read-only", "", "limax.fitness.mine = function() return 1 end")
 end)
 
