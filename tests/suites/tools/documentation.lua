@@ -246,13 +246,14 @@ end)
 
 -- ---- examples -----------------------------------------------------------------------------------
 
--- The fenced blocks of a page in one language, with their lines and place.
+-- The fenced blocks of a page in one language, with their lines, text and place.
 local function blocks(page, language)
   local list, block, number = {}, nil, 0
   for line in text_of(page):gmatch "(.-)\n" do
     number = number + 1
     local fence = line:match "^```(.*)$"
     if block and fence then
+      block.text = table.concat(block.lines, "\n") .. "\n"
       if block.language == language then list[#list + 1] = block end
       block = nil
     elseif fence then
@@ -304,9 +305,8 @@ for _, page in ipairs(WITH_LUA) do
     local folder, list = t:folder(), blocks(page, "lua")
     t:ok(#list > 0)
     for k, block in ipairs(list) do
-      local text = table.concat(block.lines, "\n")
-      local file = ("block%d.lua"):format(k)
-      write(folder .. "/" .. file, text .. "\n")
+      local text, file = block.text, ("block%d.lua"):format(k)
+      write(folder .. "/" .. file, text)
       local words, expected = { file }, nil
       if text:find("limax.test", 1, true) then
         words, expected = { "test", file }, " passed, 0 failed, "
@@ -324,9 +324,8 @@ suite:test("every command line runs", { limit = 60 }, function(t)
   for _, page in ipairs(READMES) do
     -- the experiments of the page
     for _, block in ipairs(blocks(page, "lua")) do
-      local text = table.concat(block.lines, "\n")
-      local name = text:match 'name = "(.-)"'
-      if name then write(("%s/%s.lua"):format(folder, name), text) end
+      local name = block.text:match 'name = "(.-)"'
+      if name then write(("%s/%s.lua"):format(folder, name), block.text) end
     end
     count = count + run_lines(t, folder, page, "sh", "build/limax")
   end
@@ -336,19 +335,17 @@ end)
 suite:test("the Python of the tutorial reads a run folder", { limit = 60 }, function(t)
   local page, folder = "scripts/README.md", t:folder()
   for _, block in ipairs(blocks(page, "lua")) do
-    local text = table.concat(block.lines, "\n")
-    if text:find 'name = "patient"' then write(folder .. "/patient.lua", text) end
+    if block.text:find 'name = "patient"' then write(folder .. "/patient.lua", block.text) end
   end
   completes(t, folder, small({ "run", "patient.lua", "--out", "runs/patient" }))
-  local text = table.concat(blocks(page, "python")[1].lines, "\n")
-  conversion.python(t, folder, { "numpy", "pandas" }, text)
+  conversion.python(t, folder, { "numpy", "pandas" }, blocks(page, "python")[1].text)
 end)
 
 suite:test("the Python of EVOLUTION.md reads a front", { limit = 60 }, function(t)
   local folder = t:folder()
   completes(t, folder, { "run", host.home .. "/scripts/experiments/pareto.lua", "--out",
     "runs/pareto-1", "--set", "generations=2", "--set", "population=12", "-q" })
-  local text = table.concat(blocks("scripts/EVOLUTION.md", "python")[1].lines, "\n")
+  local text = blocks("scripts/EVOLUTION.md", "python")[1].text
   conversion.python(t, folder, { "pandas" }, (text:gsub("g0039", "g0001")))
 end)
 
@@ -356,7 +353,7 @@ suite:test("the client example of llm/README.md runs", { limit = 60 }, function(
   local page = "scripts/lib/supervise/llm/README.md"
   local client, folder, server = blocks(page, "lua"), t:folder(), faulty_server.open(t)
   t:equal(#client, 1)
-  write(folder .. "/block.lua", table.concat(client[1].lines, "\n") .. "\n")
+  write(folder .. "/block.lua", client[1].text)
   local done = completes(t, folder, { "block.lua" }, { what = client[1].place,
     before = "LIMAX_LLM_MODEL=played LIMAX_LLM_URL=" .. server:url "varied" })
   t:ok(done.stdout:find("\n1\thttp://127.0.0.1:", 1, true), done.stdout)
