@@ -24,6 +24,19 @@ public:
         return std::move(text_);
     }
 
+    // A line for each entry of the list at `index`.
+    std::string take_lines(int index) {
+        const int length = static_cast<int>(lua_objlen(L_, index));
+        for (int i = 1; i <= length; ++i) {
+            lua_rawgeti(L_, index, i);
+            value(lua_gettop(L_));
+            lua_pop(L_, 1);
+            text_ += '\n';
+            if (i == 1) text_.reserve(text_.size() * static_cast<std::size_t>(length) * 5 / 4);
+        }
+        return std::move(text_);
+    }
+
 private:
     // A key, or an index if the key is empty.
     struct step {
@@ -86,6 +99,13 @@ private:
     }
 
     void string(std::string_view bytes) {
+        const auto is_plain = [](char letter) {
+            return letter >= 0x20 && letter < 0x7f && letter != '"' && letter != '\\';
+        };
+        if (std::all_of(bytes.begin(), bytes.end(), is_plain)) {
+            text_.append(1, '"').append(bytes).append(1, '"');
+            return;
+        }
         if (const std::size_t bad = find_invalid_utf8(bytes); bad != std::string_view::npos)
             refuse("a string that is not UTF-8 (byte " + std::to_string(bad + 1) + ")");
         text_ += '"';
@@ -228,6 +248,12 @@ int encode(lua_State* L) {
     return push(L, encode_json(L, 1, indent));
 }
 
+// encode_lines(list) -> text, one line for each entry
+int encode_lines(lua_State* L) {
+    luaL_checktype(L, 1, LUA_TTABLE);
+    return push(L, writer(L, 0).take_lines(1));
+}
+
 // decode(text [, origin])
 int decode(lua_State* L) {
     decode_json(L, text_argument(L, 1), luaL_optstring(L, 2, "JSON text"));
@@ -250,6 +276,10 @@ int is_array(lua_State* L) {
 }  // namespace
 
 std::size_t find_invalid_utf8(std::string_view text) {
+    const auto is_ascii = [](char letter) {
+        return (static_cast<unsigned char>(letter) & 0x80) == 0;
+    };
+    if (std::all_of(text.begin(), text.end(), is_ascii)) return std::string_view::npos;
     // the smallest letter of a sequence with so many continuation bytes
     constexpr unsigned least[] = {0, 0x80, 0x800, 0x10000};
     for (std::size_t i = 0, more = 0; i < text.size(); i += more + 1) {
@@ -301,6 +331,7 @@ void open_json(lua_State* L) {
 
     lua_newtable(L);
     add_function<encode>(L, "encode");
+    add_function<encode_lines>(L, "encode_lines");
     add_function<decode>(L, "decode");
     add_function<array>(L, "array");
     add_function<is_array>(L, "is_array");

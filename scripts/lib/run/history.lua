@@ -62,11 +62,7 @@ local ALWAYS_KEPT = { repetition = true, generation = true, best = true, best_st
 ---@field champion { id: integer, index: integer, hash: string } the best robot
 
 --- One line per robot.
-function history.encode(records)
-  local lines = {}
-  for i, record in ipairs(records) do lines[i] = host.json.encode(record) .. "\n" end
-  return table.concat(lines)
-end
+function history.encode(records) return host.json.encode_lines(records) end
 
 ---@class limax.history.source reads what is not in memory
 ---@field on_disk fun(): boolean can it read the fields of an entry?

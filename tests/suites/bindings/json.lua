@@ -19,6 +19,8 @@ suite:test("values are unchanged by a round trip", function(t)
   t:equal(json.encode { json.array {}, {}, json.array { 1 } }, "[[],{},[1]]")
   t:equal({ json.is_array {}, json.is_array { 1 }, json.is_array(json.decode "[]") },
     { false, true, true })
+  t:equal(json.encode_lines { { a = 1 }, {}, "\127é" }, '{"a":1}\n{}\n"\127é"\n')
+  t:equal(json.encode_lines {}, "")
   t:equal(json.encode({ a = { 1, 2 }, b = { { 1 }, {} }, c = {} }, { indent = 2 }), [[
 {
   "a": [1, 2],
