@@ -11,6 +11,7 @@
 #include <string>
 #include <system_error>
 #include <thread>
+#include <utility>
 
 #include "durable.h"
 #include "guard.h"
@@ -64,6 +65,12 @@ public:
         return ++added_;
     }
 
+    // Memory for the bytes of a job: that of an earlier one, which costs no page faults.
+    std::string memory() {
+        const std::lock_guard lock(mutex_);
+        return std::exchange(spare_, {});
+    }
+
     // Waits until so many jobs are on disk or one has failed; returns its message.
     std::string wait(std::uint64_t count) {
         std::unique_lock lock(mutex_);
@@ -87,7 +94,7 @@ private:
         for (;;) {
             wake_.wait(lock, [&] { return ends_ || has_work(); });
             if (!has_work()) return;
-            const job& next = jobs_.front();
+            job& next = jobs_.front();
             lock.unlock();
             std::string problem;
             try {
@@ -97,6 +104,7 @@ private:
             }
             lock.lock();
             if (problem.empty()) {
+                if (next.bytes.capacity() > spare_.capacity()) spare_ = std::move(next.bytes);
                 jobs_.pop_front();
                 ++done_;
             }
@@ -110,6 +118,7 @@ private:
     std::deque<job> jobs_;     // the first one is in progress
     std::uint64_t added_ = 0;  // used by the thread that runs scripts
     std::uint64_t done_ = 0;
+    std::string spare_;    // of a job that is done, the longest one
     std::string problem_;  // of the first job that failed
     bool ends_ = false;
     std::thread thread_;
@@ -121,8 +130,10 @@ writer& writer_argument(lua_State* L) {
 
 int lua_write(lua_State* L) {
     writer& target = writer_argument(L);
-    job next{path_argument(L, 2), std::string(text_argument(L, 3)), false};
-    if (!lua_isnoneornil(L, 4)) next.bytes.append(array_argument(L, 4));
+    const bool is_large = !lua_isnoneornil(L, 4);
+    job next{path_argument(L, 2), is_large ? target.memory() : std::string(), false};
+    next.bytes = text_argument(L, 3);
+    if (is_large) next.bytes.append(array_argument(L, 4));
     return push(L, target.add(std::move(next)));
 }
 
