@@ -143,7 +143,7 @@ suite:test("globals are locked, math.random and the locale are unavailable", fun
   t:raises("assignment to 'tostring', which limax itself uses: write local tostring",
     loadstring "tostring = print")
   t:equal({ table.sort ~= print, math.sqrt(4), rawget(_G, "tostring") }, { true, 2, nil })
-  t:raises("math.random would make runs irreproducible: use the `random`", math.random)
+  t:raises("math.random would make runs irreproducible: use the argument `random`", math.random)
   t:raises("would make runs irreproducible", function() math.randomseed(1) end)
   t:raises("the locale stays", function() os.setlocale "de_DE.UTF-8" end)
   t:equal(os.setlocale(), "C")
