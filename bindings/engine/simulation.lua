@@ -223,8 +223,14 @@ local OUTCOME_NUMBERS = {
   "path_length", "height", "contact", "kinetic", "elastic", "muscle_work", "strain", "strain_most",
   "block_upright",
 }
-local OUTCOME_PLACES = { "center_start", "center_middle", "center_end", "block_start",
-  "block_middle", "block_end", "block_velocity" }
+local OUTCOME_PLACES = { "center_start", "center_middle", "center_end" }
+local OUTCOME_OF_BLOCK = { "block_start", "block_middle", "block_end", "block_velocity" }
+
+-- Copies a place from the interface's struct.
+local function take_place(result, o, name)
+  local place = o[name]
+  result[name] = { place[0], place[1], place[2] }
+end
 
 --- What became of robot i so far.
 ---@param i integer
@@ -242,12 +248,10 @@ function methods:outcome(i)
     local value = o[name]
     if value == value then result[name] = value end
   end
-  for _, name in ipairs(OUTCOME_PLACES) do
-    local place = o[name]
+  for _, name in ipairs(OUTCOME_PLACES) do take_place(result, o, name) end
+  for _, name in ipairs(OUTCOME_OF_BLOCK) do
     -- a scene without a block has no numbers for it; those of a body are kept as they are
-    if name:sub(1, 5) ~= "block" or place[0] == place[0] then
-      result[name] = { place[0], place[1], place[2] }
-    end
+    if o[name][0] == o[name][0] then take_place(result, o, name) end
   end
   return result
 end

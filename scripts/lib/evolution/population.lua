@@ -105,7 +105,8 @@ end
 -- Names the simulations of a robot, one per trial, in its context; none ends its traces.
 local function set_simulations(context, simulations)
   context.simulation = simulations[1]
-  for k, trial in ipairs(context.trials or {}) do trial.simulation = simulations[k] end
+  if not context.trials then return end
+  for k, trial in ipairs(context.trials) do trial.simulation = simulations[k] end
 end
 
 --- Makes a generation from its fields: those of limax.population.scored, and `ledger`, how it got
@@ -157,6 +158,7 @@ end
 -- A robot that diverged may have passed a moment with numbers that are not finite. No file can hold
 -- them: they are left out.
 local function finite(outcome)
+  if outcome.status == "done" then return outcome end
   for name, value in pairs(outcome) do
     for _, number in ipairs(type(value) == "table" and value or { value }) do
       if type(number) == "number" and number - number ~= 0 then outcome[name] = nil end

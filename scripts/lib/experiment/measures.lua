@@ -25,13 +25,14 @@ local function muscles(robot)
     muscles_of[materials] = names
   end
   local sum = 0
-  for _, name in ipairs(muscles_of[materials]) do sum = sum + (robot.body.count[name] or 0) end
+  local counts = robot.record.body.counts
+  for _, name in ipairs(muscles_of[materials]) do sum = sum + (counts[name] or 0) end
   return sum
 end
 
 local function lattice_size(robot)
   local sum = 0
-  for _, count in pairs(robot.body.count) do sum = sum + count end
+  for _, count in pairs(robot.record.body.counts) do sum = sum + count end
   return sum
 end
 
@@ -50,12 +51,12 @@ measures.entries = {
   fitness = { unit = "that of the fitness", text = "the robot's score",
     of = function(robot) return robot.fitness end },
   voxels = { unit = "voxels", text = "of the body", of = function(robot)
-    return robot.body.voxels
+    return robot.record.body.voxels
   end },
   voxel_share = { unit = "1", text = "voxels over those of the lattice", range = SHARE,
-    of = function(robot) return robot.body.voxels / lattice_size(robot) end },
+    of = function(robot) return robot.record.body.voxels / lattice_size(robot) end },
   muscle_share = { unit = "1", text = "muscles over voxels", range = SHARE,
-    of = function(robot) return muscles(robot) / robot.body.voxels end },
+    of = function(robot) return muscles(robot) / robot.record.body.voxels end },
   mass = { unit = "kg", text = "of the body", of = function(robot) return robot:mass() end },
   length = { unit = "m", text = "longer horizontal side of the body at rest",
     of = function(robot) return robot:length() end },

@@ -60,8 +60,9 @@ local function complaint(value, extra)
       .. ", expected a table of cases (a list of numbers) and measures (numbers with names);"
       .. " parentheses keep only the first: return (robot:strain())"
   end
+  if extra == nil then return nil end
   -- sorted, so that the first message is the same in every process
-  for _, key in ipairs(choice.sorted_keys(extra or {})) do
+  for _, key in ipairs(choice.sorted_keys(extra)) do
     local message, excusable = fault(key, extra[key], #extra)
     if message then return message, excusable end
   end
@@ -73,8 +74,9 @@ end
 ---@return number[]|nil cases
 ---@return table<string, number>|nil measures
 function scoring.parts(extra)
+  if not extra then return nil, nil end
   local cases, measures = {}, {}
-  for key, number in pairs(extra or {}) do
+  for key, number in pairs(extra) do
     if type(key) == "number" then cases[key] = number else measures[key] = number end
   end
   return #cases > 0 and cases or nil, next(measures) and measures or nil
