@@ -248,13 +248,15 @@ end
 --- Genomes for a script to write: `view[gene] = x` takes finite numbers. Express the robots after
 --- writing. Ends when the population is initialized, bred or freed, or its genomes are set.
 ---@param i integer|nil the robot; all if left out
+---@param refusal? string the message of any write, for a view that may only be read
 ---@return limax.view [gene], or [robot][gene] of all
-function methods:genome_view(i)
+function methods:genome_view(i, refusal)
   local what = "population:genome_view"
   local genomes = genomes_of(self, what)
   if i ~= nil then genomes = genomes + (schema.index(what, i, self.count) - 1) * self.genes end
   return view.new(self, i and ("genome %d"):format(i) or "genomes", "float", genomes,
-    i and { self.genes } or { self.count, self.genes }, { range = FINITE })
+    i and { self.genes } or { self.count, self.genes }, { range = refusal
+      and { minimum = math.huge, maximum = -math.huge, refusal = refusal } or FINITE })
 end
 
 --- A copy of the genome of robot i, which stays valid. The population stays on its GPU.

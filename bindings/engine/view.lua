@@ -161,6 +161,7 @@ end
 local function refuse_write(state, key, value)
   local form, axis, range = state.form, state.axis, state.form.range
   if not range then read_only("a view of " .. form.what) end
+  if range.refusal then fault.raise(range.refusal) end
   if axis < #form.shape then
     fault.raise(("%s: give an index for each of the axes %s"):format(form.what,
       shape_text(tail(form.shape, axis))))

@@ -83,7 +83,9 @@ end
 local function part_of(self, name, i)
   local parts = self.parts
   if not parts.has[i] then require_row(self, i, "robot") end
-  parts[name] = parts[name] or parts.population[name](parts.population)
+  local refusal = parts.express and name == "genome_view"
+    and "express may not write genes: " .. batch.GENES_ONLY or nil
+  parts[name] = parts[name] or parts.population[name](parts.population, nil, refusal)
   return parts[name][i]
 end
 
@@ -144,6 +146,7 @@ end
 --- Initial genes by the engine's rule.
 ---@param rows? integer[] all of these robots if left out
 function methods:initialize(rows)
+  if self.parts.express then engine.fail("robots:initialize: " .. batch.GENES_ONLY) end
   end_views(self)
   each_run(self, "initialize", rows, function(first, count)
     self.parts.population:initialize(first, count, self.generation)

@@ -202,7 +202,7 @@ suite:test("a wrong encoding or variation is refused with place and remedy", fun
   fails("robots:mutate: rows[1] = 1 is none of these", { mutation = function(robots)
     robots:mutate { 1 }
   end })
-  fails("the encoding's express changed genes", one(function(robots, i)
+  fails("express may not write genes", one(function(robots, i)
     robots:genes(i)[1] = robots:genes(i)[1] + 1
   end))
   fails("robots.generation: express has none", one(function(robots) return robots.generation end))
