@@ -117,12 +117,13 @@ suite:test("same bytes for any threads and after resume, also of random trials",
     finished({ trials = trials }, { out = four, device = "cpu", threads = 4 })
     evolution.same_files(t, four, one, FILES)
     local broken = t:folder() .. "/broken" .. name
-    local run = limax.start(small { trials = trials }, { out = broken, say = evolution.silent })
+    local run = limax.start(small { trials = trials },
+      { out = broken, device = "cpu", say = evolution.silent })
     local next_one = run:generations()
     next_one():breed()
     next_one():simulate()
     run.folder:close() -- as a killed process leaves it
-    finished({ trials = trials }, { out = broken, resume = true })
+    finished({ trials = trials }, { out = broken, resume = true, device = "cpu" })
     evolution.same_files(t, broken, one, FILES)
   end
 end)
