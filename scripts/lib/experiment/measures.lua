@@ -102,11 +102,14 @@ local function over_trials(robot, of)
   return sum / count
 end
 
--- The measure of a library name; of any other the one that the fitness returns.
+-- The measure that the fitness returns by this name, or else that of the library.
 local function named(name)
   local entry = measures.entries[name]
   if entry then
-    local function call(robot) return over_trials(robot, entry.of) end
+    local function call(robot)
+      local returned = robot.record.measures and robot.record.measures[name]
+      return returned or over_trials(robot, entry.of)
+    end
     if name == "fitness" then call = entry.of end
     return { name = name, call = call, unit = entry.unit, range = entry.range,
       record = entry.record or {} }

@@ -81,6 +81,14 @@ suite:test("nsga2 keeps the first fronts, and metrics have the front", function(
   end
 end)
 
+suite:test("a measure that the fitness returns comes before limax's of the same name", function(t)
+  local history = finished { survival = { "nsga2", objectives = OBJECTIVES }, generations = 2,
+    fitness = function(robot) return robot:distance(), { mass = robot.id } end }
+  for _, record in ipairs(scored(history[1].population)) do
+    t:equal(record.objectives[2], record.id)
+  end
+end)
+
 suite:test("a Pareto archive holds what no robot of the run dominates", function(t)
   local history, run = finished { population = 10, generations = 4, survival = "map_elites",
     archive = { "pareto", objectives = OBJECTIVES } }
