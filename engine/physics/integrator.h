@@ -28,29 +28,30 @@
 
 namespace limax {
 
-// sum + term. Compensated: `lost` carries what rounding took away (Kahan), and stays 0 otherwise.
+// sum + factor term. Compensated: `lost` carries what rounding took away (Kahan), and stays 0
+// otherwise.
 template <bool compensated, class R>
-LIMAX_LAW R accumulate(R sum, R term, R& lost) {
+LIMAX_LAW R accumulate(R sum, R factor, R term, R& lost) {
     if constexpr (compensated) {
-        const R corrected = term - lost;
+        const R corrected = fma(factor, term, -lost);
         const R result = sum + corrected;
         lost = (result - sum) - corrected;
         return result;
     } else {
-        return sum + term;
+        return fma(factor, term, sum);
     }
 }
 
 // Velocity after a force F acted for h: u + h F / m.
 template <bool compensated, class R>
 LIMAX_LAW R kick(R velocity, R force, R inverse_mass, R h, R& lost) {
-    return accumulate<compensated>(velocity, h * force * inverse_mass, lost);
+    return accumulate<compensated>(velocity, h * inverse_mass, force, lost);
 }
 
 // Position after dt at the new velocity.
 template <bool compensated, class R>
 LIMAX_LAW R drift(R position, R velocity, R dt, R& lost) {
-    return accumulate<compensated>(position, dt * velocity, lost);
+    return accumulate<compensated>(position, dt, velocity, lost);
 }
 
 // Where a slope leads in h from where the step started, which compensation knows better than

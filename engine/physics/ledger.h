@@ -114,14 +114,15 @@ void add_spring_powers(const spring_body& body, const scene& scene, const moving
             spring_state<double> change = spring;
             change.rest = 0;
             spring.rest = actuation::rest(muscles.now, spring);
-            const double tension = springs::pair(spring, 0.0);
-            sum.of[work_muscles] -= tension * actuation::rest(muscles.since, change);
-            muscles_ahead -= tension * actuation::rest(muscles.until, change);
+            const double pull = tension(springs::pair(spring, {}), spring.length);
+            sum.of[work_muscles] -= pull * actuation::rest(muscles.since, change);
+            muscles_ahead -= pull * actuation::rest(muscles.until, change);
         }
         for_each([&]<class E>(E) {
             if constexpr (bool(E::hooks & hook_pair) && !bool(E::hooks & hook_energy))
                 if (scene.has(index_of<E>))
-                    sum.of[account_of<E>()] -= E::pair(spring, 0.0) * lengthening;
+                    sum.of[account_of<E>()] -=
+                        tension(E::pair(spring, {}), spring.length) * lengthening;
         });
     });
 }

@@ -89,7 +89,8 @@ energies measure_energy(const spring_body& body, const scene& scene, const R* co
             spring_state<double> change = spring;
             change.rest = 0;
             spring.rest = actuation::rest(moment, spring);
-            result.power -= springs::pair(spring, 0.0) * actuation::rest(rate, change);
+            result.power -=
+                tension(springs::pair(spring, {}), spring.length) * actuation::rest(rate, change);
         }
         result.elastic += springs::energy(spring);
     });

@@ -55,7 +55,7 @@ __device__ R every_effect(const whole_scene& scene, R x) {
     R sum = R(rate.sine + rate.cosine);
     for_each([&]<class E>(E) {
         if constexpr (bool(E::hooks & hook_rest)) spring.rest = E::rest(now, spring);
-        if constexpr (bool(E::hooks & hook_pair)) sum = E::pair(spring, sum);
+        if constexpr (bool(E::hooks & hook_pair)) sum += tension(E::pair(spring, {}), spring.length);
         if constexpr (requires { E::template make<R>(nullptr, nullptr); }) {
             const double* values = scene.values(index_of<E>);
             auto params = make_params<E, R>(values, origin, scene.heights);

@@ -48,15 +48,15 @@ void pair(const spring_arrays<R>& robot, const actuation::moment<R>& moment) {
                 spring.cosine = R(cosine[i]);
                 spring.rest = actuation::rest(moment, spring);
             }
-            R tension = springs::pair(spring, R(0));
+            spring_force<R> force = springs::pair(spring, {});
             if constexpr (damped) {
                 const separation<R> w{vx[i + far] - vx[i], vy[i + far] - vy[i],
                                       vz[i + far] - vz[i]};
                 spring.damping = R(damping_constant[i]);
                 spring.rate = dot(w, e) * now.inverse;
-                tension = damping::pair(spring, tension);
+                force = damping::pair(spring, force);
             }
-            const R scale = tension * now.inverse;
+            const R scale = fma(-now.inverse, force.push, force.scale);
             tx[i] = scale * e.x;
             ty[i] = scale * e.y;
             tz[i] = scale * e.z;

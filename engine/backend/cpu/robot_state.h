@@ -83,7 +83,7 @@ struct robot_state {
                 const int32_t site = body.sites[i];
                 S carried = compensated ? masses.lost_position[axis][site] : S(0);
                 S& position = masses.position[axis][site];
-                position = accumulate<compensated>(position, -S(shift), carried);
+                position = accumulate<compensated>(position, S(-1), S(shift), carried);
                 if constexpr (compensated) masses.lost_position[axis][site] = carried;
             }
             origin[axis] += shift;

@@ -34,8 +34,8 @@ void stage_end(const mass_arrays<R>& start, const stage_arrays<R>& between, R si
               carried_v = compensated ? lost_v[i] : R(0);
             const R moved = sixth * (slope_x[i] + last_v[i]);
             const R changed = sixth * fma(force[i], inverse_mass[i], slope_v[i]);
-            x[i] = accumulate<compensated>(x[i], moved, carried_x);
-            v[i] = accumulate<compensated>(v[i], changed, carried_v);
+            x[i] = accumulate<compensated>(x[i], R(1), moved, carried_x);
+            v[i] = accumulate<compensated>(v[i], R(1), changed, carried_v);
             if constexpr (compensated) {
                 lost_x[i] = carried_x;
                 lost_v[i] = carried_v;

@@ -37,13 +37,14 @@ void sweep_half(const spring_arrays<R>& robot, const sweep_arrays<R>& step,
             spring.cosine = R(cosine[i]);
             spring.rest = actuation::rest(moment, spring);
         }
-        R tension = springs::pair(spring, R(0));
+        spring_force<R> force = springs::pair(spring, {});
         if constexpr (damped) {
             spring.damping = damping_constant[i];
             spring.rate = dot(rate, p) * predicted.inverse;
-            tension = damping::pair(spring, tension);
+            force = damping::pair(spring, force);
         }
-        const R scale = odd[i] == wanted ? tension * spring_length(e).inverse : R(0);
+        const R pull = tension(force, predicted.length);
+        const R scale = odd[i] == wanted ? pull * spring_length(e).inverse : R(0);
         tx[i] = scale * e.x;
         ty[i] = scale * e.y;
         tz[i] = scale * e.z;
@@ -100,7 +101,7 @@ void press(const mass_arrays<R>& shared, const void* block, R h) {
         // the surface as it is here, seen from where the mass will be
         auto point = E::surface(params, state.position);
         point.depth = fma(-h, along(point.normal, state.velocity), point.depth);
-        const R damping = contact_damping(params.stiffness, params.damping_ratio, state.mass);
+        const R damping = params.damping * state.root_mass;
         const R push = push_at(params, point, state) *
                        reaction(params.stiffness, damping, state.inverse_mass, h);
         add_push(point.normal, h * state.inverse_mass * push, state.velocity);

@@ -113,7 +113,9 @@ LIMAX_LAW constexpr void for_each(const Visit& visit) {
 template <class E>
 constexpr bool hooks_match() {
     constexpr bool has_rest = requires(spring_state<float> s) { E::rest({}, s); };
-    constexpr bool has_pair = requires(spring_state<float> s) { E::pair(s, 0.0f); };
+    constexpr bool has_pair = requires(spring_state<float> s) {
+        E::pair(s, spring_force<float>{});
+    };
     constexpr bool has_node = requires(node_state<float> s, vector<float> f) {
         E::node(E::template make<float>(nullptr, nullptr), s, f);
     };
@@ -121,7 +123,7 @@ constexpr bool hooks_match() {
     constexpr bool has_contact = requires(vector<float> x) {
         E::surface(E::template make<float>(nullptr, nullptr), x).depth > 0.0f;
         E::template make<float>(nullptr, nullptr).stiffness;
-        E::template make<float>(nullptr, nullptr).damping_ratio;
+        E::template make<float>(nullptr, nullptr).damping;
     };
     constexpr bool has_slip = requires(vector<float> v) {
         E::slip(E::template make<float>(nullptr, nullptr), up{}, 0.0f, 0.0f, v, v, 0.0f);
@@ -162,7 +164,7 @@ template <class E>
 struct checked {
     static_assert(hooks_match<E>(),
                   "this effect declares a hook without its law (a contact's params also have "
-                  "stiffness and damping_ratio), or has a law that it does not declare");
+                  "stiffness and damping), or has a law that it does not declare");
     static_assert(E::field_count == 0 || sizeof(E::fields) == E::field_count * sizeof(field),
                   "this effect's field_count is not the number of its fields");
 };

@@ -44,17 +44,17 @@ struct block {
 
     template <class R>
     struct params {
-        vector<R> half;   // half of the edges, m
-        R mass;           // kg
-        R stiffness;      // N/m
-        R damping_ratio;  // 1
+        vector<R> half;  // half of the edges, m
+        R mass;          // kg
+        R stiffness;     // N/m
+        R damping;       // of unit_damping(), N s/(m kg^1/2)
     };
     template <class R>
     LIMAX_LAW static params<R> make(const double* values, const double* /*origin*/) {
         return {{R(0.5 * values[0]), R(0.5 * values[1]), R(0.5 * values[2])},
                 R(values[6]),
                 R(values[7]),
-                R(values[8])};
+                R(unit_damping(values[7], values[8]))};
     }
 
     // The depth in the block of a place in its own frame, and the normal of the nearest face.
@@ -67,14 +67,14 @@ struct block {
     template <class R>
     LIMAX_LAW static R parts(const params<R>& p, R depth, R rate, R mass) {
         const R reduced = mass * p.mass / (mass + p.mass);
-        const R damping = contact_damping(p.stiffness, p.damping_ratio, reduced);
+        const R damping = p.damping * square_root(reduced);
         const R push = larger(p.stiffness * depth - damping * rate, R(0));
         return depth > R(0) ? push : R(0);
     }
 
     // Like springs, contacts of two that move count twice. The reduced mass is below the mass's.
     LIMAX_LAW static stiffness_damping bound(const params<double>& p, double mass) {
-        return {2.0 * p.stiffness, 2.0 * contact_damping(p.stiffness, p.damping_ratio, mass)};
+        return {2.0 * p.stiffness, 2.0 * p.damping * square_root(mass)};
     }
 
     // ---- the bound of the block itself ----

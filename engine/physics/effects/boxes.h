@@ -45,7 +45,7 @@ struct boxes {
     template <class R>
     struct params {
         R stiffness;       // N/m
-        R damping_ratio;   // 1
+        R damping;         // of unit_damping(), N s/(m kg^1/2)
         vector<R> center;  // m, relative to the robot's own origin
         vector<R> half;    // half of the edges, m
     };
@@ -55,7 +55,7 @@ struct boxes {
         const double* to = values + 5;
         return {
             R(values[0]),
-            R(values[1]),
+            R(unit_damping(values[0], values[1])),
             {R(0.5 * (from[0] + to[0]) - origin[0]), R(0.5 * (from[1] + to[1]) - origin[1]),
              R(0.5 * (from[2] + to[2]) - origin[2])},
             {R(0.5 * (to[0] - from[0])), R(0.5 * (to[1] - from[1])), R(0.5 * (to[2] - from[2]))}};

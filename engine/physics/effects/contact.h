@@ -101,19 +101,18 @@ LIMAX_LAW void add_push(const vector<R>& normal, R push, vector<R>& force) {
     force.z = fma(push, normal.z, force.z);
 }
 
-// c, N s/m.
-template <class R>
-LIMAX_LAW R contact_damping(R stiffness, R damping_ratio, R mass) {
-    return R(2) * damping_ratio * square_root(stiffness * mass);
+// c of a mass of 1 kg, N s/m: that of a mass m is sqrt(m) times as large.
+LIMAX_LAW double unit_damping(double stiffness, double damping_ratio) {
+    return 2.0 * damping_ratio * square_root(stiffness);
 }
 
 // N of a mass at a point of the surface of a contact with parameters `p`; 0 where it does not
 // touch.
 template <class P, class R, class Direction>
 LIMAX_LAW R push_at(const P& p, const surface_point<R, Direction>& point, const node_state<R>& s) {
-    const R damping = contact_damping(p.stiffness, p.damping_ratio, s.mass);
+    const R damping = p.damping * s.root_mass;
     const R push =
-        larger(p.stiffness * point.depth - damping * along(point.normal, s.velocity), R(0));
+        larger(fma(p.stiffness, point.depth, -(damping * along(point.normal, s.velocity))), R(0));
     return point.depth > R(0) ? push : R(0);
 }
 
@@ -140,7 +139,7 @@ LIMAX_LAW R energy_of_mass(const typename E::template params<R>& p, const node_s
 // whose norms are k and c whatever n is.
 template <class P>
 LIMAX_LAW stiffness_damping contact_bound(const P& p, double mass) {
-    return {p.stiffness, contact_damping(p.stiffness, p.damping_ratio, mass)};
+    return {p.stiffness, p.damping * square_root(mass)};
 }
 
 // Adds the force of an effect on one mass.

@@ -16,8 +16,8 @@ struct damping {
 
     // c dr/dt, N.
     template <class R>
-    LIMAX_LAW static R pair(const spring_state<R>& s, R tension) {
-        return fma(s.damping, s.rate, tension);
+    LIMAX_LAW static spring_force<R> pair(const spring_state<R>& s, const spring_force<R>& sum) {
+        return {sum.scale, fma(-s.damping, s.rate, sum.push)};
     }
 
     LIMAX_LAW static stiffness_damping bound(double /*stiffness*/, double damping) {

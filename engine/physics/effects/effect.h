@@ -3,12 +3,11 @@
 // laws under the names of the hooks that it declares. May include base/ only.
 //
 //   rest     R rest(moment, spring): a spring's rest length with its change, m
-//   pair     R pair(spring, tension): the tension with this force along the spring, N; positive
-//            pulls the ends together
+//   pair     spring_force<R> pair(spring, force): the force along a spring with that of this law
 //   node     void node(params, node, force&): adds to the force on a mass, N
 //   contact  surface_point surface(params, position): the depth of a place below its surface and
 //            the unit normal there, `up` or a vector. contact.h computes push, energy and bound
-//            from it; params have a `stiffness` and a `damping_ratio`
+//            from it; params have a `stiffness` and the `damping` of unit_damping()
 //   impulse  vector<R> impulse(params, node, velocity, h): the velocity after all forces and an
 //            impulse over h that never overshoots its target, m/s
 //   face     vector<R> face(params, face, h): the impulse over h on an exposed face, N s, of which
@@ -98,6 +97,19 @@ struct spring_state {
     R cosine;     // B: amplitude of cos(2 pi f t), m
 };
 
+// A force along a spring: (scale - push / length) e on the near end, e from there to the far end.
+// Neither part needs the length itself. Adding to -0 takes no instruction.
+template <class R>
+struct spring_force {
+    R scale = R(-0.0);  // N/m
+    R push = R(-0.0);   // N
+};
+// Positive pulls the ends together, N.
+template <class R>
+LIMAX_LAW R tension(const spring_force<R>& force, R length) {
+    return fma(force.scale, length, -force.push);
+}
+
 // One mass at one moment. Positions are relative to the robot's own origin.
 template <class R>
 struct node_state {
@@ -105,6 +117,7 @@ struct node_state {
     vector<R> velocity;  // m/s, the velocity that forces read
     R mass;              // kg; 0 at a site that is not in use
     R inverse_mass;      // 1/kg; 0 at a site that is not in use
+    R root_mass = square_root(mass);
 };
 
 // One exposed face of a voxel at one moment: the square between a voxel and an empty one. Which of

@@ -17,13 +17,13 @@ struct ground {
 
     template <class R>
     struct params {
-        R stiffness;      // N/m
-        R damping_ratio;  // 1
-        R height;         // m, relative to the robot's own origin
+        R stiffness;  // N/m
+        R damping;    // of unit_damping(), N s/(m kg^1/2)
+        R height;     // m, relative to the robot's own origin
     };
     template <class R>
     LIMAX_LAW static params<R> make(const double* values, const double* origin) {
-        return {R(values[0]), R(values[1]), R(values[2] - origin[2])};
+        return {R(values[0]), R(unit_damping(values[0], values[1])), R(values[2] - origin[2])};
     }
     template <class R>
     LIMAX_LAW static void follow(params<R>& p, const double* values, const double* origin) {

@@ -37,7 +37,7 @@ struct planes {
     template <class R>
     struct params {
         R stiffness;       // N/m
-        R damping_ratio;   // 1
+        R damping;         // of unit_damping(), N s/(m kg^1/2)
         vector<R> normal;  // of length 1
         R offset;          // m, from the robot's own origin
     };
@@ -51,7 +51,7 @@ struct planes {
         const vector<double> unit{x * inverse, y * inverse, z * inverse};
         const vector<double> here{origin[0], origin[1], origin[2]};
         return {R(values[0]),
-                R(values[1]),
+                R(unit_damping(values[0], values[1])),
                 {R(unit.x), R(unit.y), R(unit.z)},
                 R(values[5] - dot(unit, here))};
     }

@@ -22,14 +22,14 @@ struct spheres {
     template <class R>
     struct params {
         R stiffness;       // N/m
-        R damping_ratio;   // 1
+        R damping;         // of unit_damping(), N s/(m kg^1/2)
         vector<R> center;  // m, relative to the robot's own origin
         R radius;          // m
     };
     template <class R>
     LIMAX_LAW static params<R> make(const double* values, const double* origin) {
         return {R(values[0]),
-                R(values[1]),
+                R(unit_damping(values[0], values[1])),
                 {R(values[2] - origin[0]), R(values[3] - origin[1]), R(values[4] - origin[2])},
                 R(values[5])};
     }

@@ -13,10 +13,10 @@ struct springs {
     static constexpr int field_count = 0;
     static constexpr const field* fields = nullptr;
 
-    // k (r - L), N.
+    // k (r - L), N. Springs of the same owners share k L.
     template <class R>
-    LIMAX_LAW static R pair(const spring_state<R>& s, R tension) {
-        return fma(s.stiffness, s.length - s.rest, tension);
+    LIMAX_LAW static spring_force<R> pair(const spring_state<R>& s, const spring_force<R>& sum) {
+        return {sum.scale + s.stiffness, fma(s.stiffness, s.rest, sum.push)};
     }
 
     // k (r - L)^2 / 2, J.

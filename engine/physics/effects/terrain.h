@@ -35,14 +35,15 @@ struct terrain {
     template <class R>
     struct params {
         R stiffness;        // N/m
-        R damping_ratio;    // 1
+        R damping;          // of unit_damping(), N s/(m kg^1/2)
         R inverse_spacing;  // 1/m
         vector<R> origin;   // m, relative to the robot's own
         height_table table;
     };
     template <class R>
     LIMAX_LAW static params<R> make(const double* values, const double* origin) {
-        params<R> p{R(values[0]), R(values[1]), R(1.0 / values[2]), {}, {}};
+        params<R> p{
+            R(values[0]), R(unit_damping(values[0], values[1])), R(1.0 / values[2]), {}, {}};
         follow(p, values, origin);
         return p;
     }

@@ -125,7 +125,8 @@ __device__ inline void measure_energy(const measured_robot& robot, double* out,
             spring_state<double> still = spring;
             still.rest = 0;
             spring.rest = actuation::rest(now, spring);
-            power -= springs::pair(spring, 0.0) * actuation::rest(rate, still);
+            power -=
+                tension(springs::pair(spring, {}), spring.length) * actuation::rest(rate, still);
         }
         elastic += springs::energy(spring);
     });

@@ -111,8 +111,8 @@ __device__ inline void shift_mass(mass_state& m, const double shift[3]) {
 #pragma unroll
     for (int axis = 0; axis < 3; ++axis)
         if (shift[axis] != 0.0)
-            m.position[axis] = accumulate<compensated>(m.position[axis], -mass_real(shift[axis]),
-                                                       m.lost_position[axis]);
+            m.position[axis] = accumulate<compensated>(
+                m.position[axis], mass_real(-1), mass_real(shift[axis]), m.lost_position[axis]);
 }
 
 // The next event after `step`, `stop` at the latest.

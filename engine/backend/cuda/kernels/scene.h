@@ -153,12 +153,11 @@ LIMAX_LAW void add_spring(const corner& near, const corner& far,
         if constexpr (has<E> && bool(E::hooks & effects::hook_rest))
             spring.rest = E::rest(now, spring);
     });
-    spring_real tension = 0;
+    effects::spring_force<spring_real> along;
     effects::for_each([&]<class E>(E) {
-        if constexpr (has<E> && bool(E::hooks & effects::hook_pair))
-            tension = E::pair(spring, tension);
+        if constexpr (has<E> && bool(E::hooks & effects::hook_pair)) along = E::pair(spring, along);
     });
-    const spring_real scale = tension * apart.inverse;
+    const spring_real scale = fma(-apart.inverse, along.push, along.scale);
     on_near.x = fma(scale, e.x, on_near.x);
     on_near.y = fma(scale, e.y, on_near.y);
     on_near.z = fma(scale, e.z, on_near.z);
