@@ -43,19 +43,6 @@ inline simulation_setup setup_of(unsigned mask, int precision, int integrator,
         if (mask >> i & 1u) setup.scene.add(effect_entries()[i].name);
     return setup;
 }
-// A stage's setup with bodies marked as checked.
-inline simulation_setup checked_setup(const stage& bodies) {
-    simulation_setup setup = bodies.copy();
-    const int32_t size[3] = {setup.grid.nx, setup.grid.ny, setup.grid.nz};
-    for (int i = 0; i < setup.count; ++i) {
-        const uint8_t* voxels = setup.voxels.data() + i * setup.grid.voxels();
-        setup.bodies[i].status = LIMAX_BODY_VALID;
-        setup.bodies[i].masses = count_masses(size, voxels);
-        setup.bodies[i].springs = count_springs(size, voxels);
-    }
-    return setup;
-}
-
 // A machine with a fake GPU on which no kernel may be loaded: the error names the kernel that was
 // asked for.
 class asking_machine {

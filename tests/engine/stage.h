@@ -105,7 +105,8 @@ struct stage {
         result.mask = setup.mask;
         return result;
     }
-    std::unique_ptr<simulation> open(int threads = 1, const char* isa = "") const {
+    // The setup with bodies marked as checked.
+    simulation_setup checked() const {
         simulation_setup ready = copy();
         const int32_t size[3] = {ready.grid.nx, ready.grid.ny, ready.grid.nz};
         for (int i = 0; i < ready.count; ++i) {
@@ -114,7 +115,10 @@ struct stage {
             ready.bodies[i].masses = count_masses(size, voxels);
             ready.bodies[i].springs = count_springs(size, voxels);
         }
-        return cpu::make_cpu_device(threads, isa)->simulate(std::move(ready));
+        return ready;
+    }
+    std::unique_ptr<simulation> open(int threads = 1, const char* isa = "") const {
+        return cpu::make_cpu_device(threads, isa)->simulate(checked());
     }
     std::unique_ptr<simulation> run(int threads = 1, const char* isa = "") const {
         auto result = open(threads, isa);

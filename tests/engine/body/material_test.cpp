@@ -106,25 +106,16 @@ TEST_CASE("a correct table is read, in any order of its fields") {
 TEST_CASE("wrong numbers name file, material, field, value and range") {
     check_refused("1000.5", "-5",
                   "material 4 \"soft\": stiffness is -5; it must be 10 to 1000000 N/m");
-    check_refused("1000.5", "1e7",
-                  "material 4 \"soft\": stiffness is 10000000; it must be 10 to 1000000 N/m");
     check_refused(
         "1000.5", "\"hard\"",
         "material 4 \"soft\": stiffness is \"hard\"; it must be a number, 10 to 1000000 N/m");
-    check_refused(
-        "1000.5", "[1000]",
-        "material 4 \"soft\": stiffness is [1000]; it must be a number, 10 to 1000000 N/m");
     check_refused("\"amplitude\": 0.25", "\"amplitude\": 0.51",
                   "material 2 \"push\": amplitude is 0.51; it must be 0 to 0.5");
     check_refused("\"stiffness\": 1000.5, ", "",
                   "material 4 \"soft\": the field stiffness is missing");
-    check_refused("\"phase\": 3, ", "", "material 2 \"push\": the field phase is missing");
     check_refused("\"damping_ratio\": 0.1, \"stiffness_floor\": 0.2 }\n  ]",
                   "\"damping_ratio\": 0.1, \"stiffness_floor\": 0.2, \"amplitude\": 0.1 }\n  ]",
                   "material 4 \"soft\": amplitude is 0.1; a material of kind passive has none, so "
-                  "it must be 0 or absent");
-    check_refused("\"kind\": \"empty\"", "\"kind\": \"empty\", \"mass_per_site\": 1",
-                  "material 1 \"empty\": mass_per_site is 1; a material of kind empty has none, so "
                   "it must be 0 or absent");
 }
 
@@ -137,58 +128,34 @@ TEST_CASE("wrong names, letters, kinds and fields") {
                   "material 3 \"push\": an earlier material has the same name");
     check_refused("\"letter\": \"s\"", "\"letter\": \"c\"",
                   "material 4 \"soft\": letter \"c\" is already used by \"pull\"");
-    check_refused("\"letter\": \"s\"", "\"letter\": \"so\"",
-                  "material 4 \"soft\": letter is \"so\"; it must be one visible ASCII character");
     check_refused("\"letter\": \"s\"", "\"letter\": \" \"",
                   "material 4 \"soft\": letter is \" \"; it must be one visible ASCII character");
-    check_refused("\"name\": \"soft\"", "\"name\": 7",
-                  "material 4: name is 7; it must be a string that is not empty");
     check_refused("\"name\": \"soft\"", "\"name\": \"\"",
                   "material 4: name is \"\"; it must be a string that is not empty");
-    check_refused("\"name\": \"soft\"", "\"name\": \"a\\u0000b\"",
-                  "material 4: name is \"a\\u0000b\"; it must have no control characters");
     check_refused(
         "\"name\": \"soft\"", "\"name\": \"" + std::string(32, 'x') + "\"",
         "material 4 \"" + std::string(32, 'x') + "\": name has 32 bytes; it must have at most 31");
     check_refused("\"kind\": \"passive\"", "\"kind\": \"active\"",
                   "material 4 \"soft\": kind is \"active\"; it must be empty, passive, expanding "
                   "or contracting");
-    check_refused("\"kind\": \"passive\"", "\"kind\": \"empty\"",
-                  "material 4 \"soft\": kind is \"empty\"; only the first material may be");
     check_refused(
         "\"kind\": \"empty\"", "\"kind\": \"passive\"",
         "material 1 \"empty\": kind is \"passive\"; the first material must be the empty one");
-    check_refused("{ \"name\": \"empty\", \"letter\": \".\", \"kind\": \"empty\" }", "3",
-                  "material 1: expected an object, not 3");
 }
 
 TEST_CASE("wrong tables around the materials") {
     check_refused("materials/1", "materials/9",
                   "schema is \"limax.materials/9\"; this engine reads \"limax.materials/1\"");
-    check_refused("\"schema\": \"limax.materials/1\",", "", "the field schema is missing");
     check_refused("\"name\": \"test\",", "", "the field name is missing");
     check_refused(
         "\"name\": \"test\",", "\"name\": \"test\", \"author\": \"me\",",
         "unknown field \"author\"; the fields here are schema, name, note, fields, materials");
-    check_refused(
-        "\"materials\": [", "\"materials\": 1, \"note\": [",
-        "note is [{\"kind\":\"empty\",\"letter\":\".\",\"name\":\"empty\"},{\"amplitude...; it "
-        "must "
-        "be a string that is not empty");
     check_refused("\"unit\": \"N/m\"", "\"unit\": \"kN/m\"",
                   "fields, stiffness: unit is \"kN/m\"; it must be \"N/m\"");
     check_refused("\"maximum\": 0.5", "\"maximum\": 1.5",
                   "fields, amplitude: maximum is 1.5; the engine allows 0 to 0.95");
-    check_refused("\"minimum\": 10,", "\"minimum\": 0,",
-                  "fields, stiffness: minimum is 0; the engine allows 1 to 10000000");
     check_refused("\"minimum\": 10,", "\"minimum\": 2e6,",
                   "fields, stiffness: minimum 2000000 is above maximum 1000000");
-    check_refused("\"maximum\": 0.5, \"source\": \"test\"", "\"maximum\": 0.5",
-                  "fields, amplitude: the field source is missing");
-    check_refused("\"fields\": {", "\"fields\": { \"colour\": {},",
-                  "fields: unknown field \"colour\"; the fields here are stiffness, mass_per_site, "
-                  "damping_ratio, "
-                  "amplitude, phase, stiffness_floor");
 
     std::string many = correct;
     for (int i = 0; i < 13; ++i)

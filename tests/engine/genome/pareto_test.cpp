@@ -94,20 +94,6 @@ TEST_CASE("crowding distances are the gaps between neighbours; copies have none"
     CHECK(rank_of({3, 3, 3, 3}, 2).crowding == std::vector<double>{INFINITY, 0});
 }
 
-TEST_CASE("the order of points does not matter to Pareto ranks and crowding distances") {
-    const auto values = points(300, 3, 40, 9);
-    auto reversed = values;
-    std::reverse(reversed.begin(), reversed.end());
-    for (std::size_t k = 0; k < reversed.size(); k += 3) std::swap(reversed[k], reversed[k + 2]);
-    auto one = rank_of(values, 3), other = rank_of(reversed, 3);
-    std::reverse(other.rank.begin(), other.rank.end());
-    CHECK(one.rank == other.rank);
-    // which of several copies has the distance is by index
-    std::sort(one.crowding.begin(), one.crowding.end());
-    std::sort(other.crowding.begin(), other.crowding.end());
-    CHECK(one.crowding == other.crowding);
-}
-
 TEST_CASE("Pareto ranks refuse NaN and too many objectives, and take 10,000 points") {
     const auto refused = [](const auto& call) {
         return test::failure(LIMAX_INVALID_ARGUMENT, call);

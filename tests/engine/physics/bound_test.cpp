@@ -1,5 +1,6 @@
 // bound_test.cpp: the automatic time step is stable and not wasteful. Steps just below and above
-// the true limit are hard cases (tests/suites/hard/modes.lua).
+// the true limit are hard cases (tests/suites/hard/modes.lua); random bodies at the automatic step
+// are those of `limax bench blow-ups`.
 #include <doctest/doctest.h>
 
 #include <Eigen/Dense>
@@ -113,27 +114,6 @@ void throw_about(simulation& run, int robot, uint32_t seed, double deform, doubl
     run.place(robot, start.positions.data(), start.velocities.data());
 }
 
-// Throws the bodies and checks that each ends with at most `gained` J more than it started with.
-void check_thrown(stage& bodies, double gained) {
-    bodies.setup.options.duration = 3;
-    bodies.setup.options.record[LIMAX_TRACE_ENERGY] = 20;
-    bodies.setup.options.position[2] = 0.2;
-    const auto run = bodies.open();
-    for (int robot = 0; robot < bodies.setup.count; ++robot)
-        throw_about(*run, robot, 1000 + robot, 0.03, robot % 3 == 0 ? 20.0 : 3.0);
-    stage::finish(*run);
-    for (int robot = 0; robot < bodies.setup.count; ++robot) {
-        CAPTURE(bodies.setup.options.precision);
-        CAPTURE(robot);
-        REQUIRE(run->outcomes()[robot].status == LIMAX_ROBOT_DONE);
-        const trace_view energy = trace_of(*run, robot, LIMAX_TRACE_ENERGY);
-        const auto sum = [&](int sample) {
-            return energy.at(sample, 0) + energy.at(sample, 1) + energy.at(sample, 2);
-        };
-        CHECK(sum(60) < sum(0) + gained);
-    }
-}
-
 }  // namespace
 
 TEST_CASE("the closed form of one mass is the limit that Jury's conditions give") {
@@ -228,13 +208,6 @@ TEST_CASE("XPBD: the softening of springs and explicit forces limit the step, co
           doctest::Approx(stable_step(scheme::symplectic_euler, 1e6 / mass, 0)));
 }
 
-TEST_CASE("full 5x5x5 bone: the bounds that the design states") {
-    stage body(lattice{5, 5, 5});
-    body.effects({"damping", "ground"});
-    CHECK(bound_of(body, LIMAX_SYMPLECTIC_EULER) == doctest::Approx(4.9e-4).epsilon(0.02));
-    CHECK(bound_of(body, LIMAX_LEAPFROG) == doctest::Approx(3.3e-4).epsilon(0.02));
-}
-
 TEST_CASE("XPBD: thrown bodies lose energy at steps up to five times its own bound") {
     for (const int precision : every_precision)
         for (const double time_step : {1e-3, 5e-3}) {
@@ -244,22 +217,23 @@ TEST_CASE("XPBD: thrown bodies lose energy at steps up to five times its own bou
             bodies.setup.options.integrator = LIMAX_XPBD;
             bodies.setup.options.precision = precision;
             bodies.setup.options.time_step = time_step;
-            check_thrown(bodies, 0);
-        }
-}
-
-TEST_CASE("random, deformed, thrown bodies stay stable at 0.99 of the bound") {
-    for (const limax_integrator integrator : every_integrator)
-        for (const int precision : every_precision) {
-            stage bodies(lattice{3, 3, 3}, 24);
-            bodies.randomize(100 + integrator, true);
-            bodies.effects({"gravity", "damping", "actuation"});
-            if (integrator != LIMAX_RK4) bodies.effects({"ground", "friction"});
-            bodies.setup.options.integrator = integrator;
-            bodies.setup.options.precision = precision;
-            bodies.setup.options.bound_fraction = 0.99;
-            // muscles add a little, damping removes the energy of the throw
-            check_thrown(bodies, 5.0);
+            bodies.setup.options.duration = 3;
+            bodies.setup.options.record[LIMAX_TRACE_ENERGY] = 20;
+            bodies.setup.options.position[2] = 0.2;
+            const auto run = bodies.open();
+            for (int robot = 0; robot < bodies.setup.count; ++robot)
+                throw_about(*run, robot, 1000 + robot, 0.03, robot % 3 == 0 ? 20.0 : 3.0);
+            stage::finish(*run);
+            for (int robot = 0; robot < bodies.setup.count; ++robot) {
+                CAPTURE(precision);
+                CAPTURE(robot);
+                REQUIRE(run->outcomes()[robot].status == LIMAX_ROBOT_DONE);
+                const trace_view energy = trace_of(*run, robot, LIMAX_TRACE_ENERGY);
+                const auto sum = [&](int sample) {
+                    return energy.at(sample, 0) + energy.at(sample, 1) + energy.at(sample, 2);
+                };
+                CHECK(sum(60) < sum(0));
+            }
         }
 }
 
@@ -341,36 +315,4 @@ TEST_CASE("an automatic step is not coarse at the speeds of the start and of the
     CHECK(make_schedule(options, drop, 3.3e-4).time_step == doctest::Approx(1e-4));
     options.time_step = 2e-4;
     CHECK(make_schedule(options, drop, 3.3e-4).time_step == doctest::Approx(2e-4));
-}
-
-TEST_CASE("a mass that moves farther than a tenth of an edge in a step marks its robot as coarse") {
-    for (const int precision : every_precision)
-        for (const int integrator : {LIMAX_SYMPLECTIC_EULER, LIMAX_LEAPFROG, LIMAX_RK4, LIMAX_XPBD})
-            for (const double speed : {9.9, 10.1}) {
-                stage bodies(lattice{1, 1, 1}, 2);
-                bodies.setup.options.precision = precision;
-                bodies.setup.options.integrator = integrator;
-                bodies.setup.options.time_step = 1e-3;
-                bodies.setup.options.duration = 0.2;
-                auto run = bodies.open();
-                // only the second robot is thrown
-                snapshot start = state_of(*run, 1);
-                for (std::size_t i = 0; i < start.velocities.size(); i += 3)
-                    start.velocities[i] = speed;
-                run->place(1, nullptr, start.velocities.data());
-                stage::finish(*run);
-                CHECK(run->outcomes()[0].coarse == 0);
-                CHECK(run->outcomes()[1].coarse == (speed > 10));
-                CHECK(run->outcomes()[1].status == LIMAX_ROBOT_DONE);
-            }
-    // one that starts slowly and falls fast is seen on its way
-    stage body(lattice{1, 1, 1});
-    body.effects({"gravity"});
-    body.setup.options.time_step = 1e-3;
-    body.setup.options.duration = 2;
-    auto run = body.open();
-    run->advance(1, 1000);
-    CHECK(run->outcomes()[0].coarse == 0);
-    stage::finish(*run);
-    CHECK(run->outcomes()[0].coarse == 1);
 }

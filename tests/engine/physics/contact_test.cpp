@@ -1,8 +1,6 @@
 // contact_test.cpp: contacts that face anywhere, and several at once: closed forms of one mass that
-// rests and slides, whole bodies, equal bits on every instruction set. SI units.
+// rests and slides, and whole bodies. SI units.
 #include <doctest/doctest.h>
-
-#include <sstream>
 
 #include "stage.h"
 
@@ -169,31 +167,4 @@ TEST_CASE("a level plane acts as the ground, and the contact trace reports both"
     for (int axis = 0; axis < 3; ++axis)
         CHECK(std::fabs(ground->outcomes()[0].center_end[axis] -
                         plane->outcomes()[0].center_end[axis]) < 1e-6);
-}
-
-TEST_CASE("every instruction set gives the same bits in a scene with every effect twice") {
-    for (const int precision : every_precision) {
-        stage body(lattice{3, 2, 2});
-        body.randomize(7, true);
-        for (const effect_entry& entry : effect_entries())
-            if (std::string(entry.name) != "springs")
-                for (int i = 0; i < std::min(entry.most_instances, 2); ++i)
-                    body.effects({entry.name});
-        body.setup.options.precision = precision;
-        body.setup.options.time_step = 2e-4;
-        body.setup.options.duration = 0.5;
-        std::istringstream isas(cpu::available_isas());
-        std::vector<snapshot> ends;
-        for (std::string isa; std::getline(isas, isa, ',');) {
-            isa.erase(0, isa.find_first_not_of(' '));
-            const auto run = body.run(1, isa.c_str());
-            REQUIRE(run->outcomes()[0].status == LIMAX_ROBOT_DONE);
-            ends.push_back(state_of(*run));
-        }
-        REQUIRE(ends.size() > 1);
-        for (const snapshot& end : ends) {
-            CHECK(end.positions == ends[0].positions);
-            CHECK(end.velocities == ends[0].velocities);
-        }
-    }
 }

@@ -88,41 +88,6 @@ TEST_CASE("all integrators converge to the same motion, RK4 in every precision")
     }
 }
 
-TEST_CASE("XPBD conserves the momenta of a free body at any step and loses energy") {
-    const auto momenta_of = [](const snapshot& now, const spring_body& body) {
-        std::vector<double> sums(6);
-        for (int32_t i = 0; i < body.masses; ++i) {
-            const double mass = body.mass[body.sites[i]];
-            const double *x = &now.positions[3 * i], *v = &now.velocities[3 * i];
-            for (int axis = 0; axis < 3; ++axis) {
-                const int next = (axis + 1) % 3, last = (axis + 2) % 3;
-                sums[axis] += mass * v[axis];
-                sums[3 + axis] += mass * (x[next] * v[last] - x[last] * v[next]);
-            }
-        }
-        return sums;
-    };
-    for (const double time_step : {1e-4, 1e-3, 5e-3}) {
-        stage body(lattice{2, 2, 2});
-        body.randomize(17);
-        body.effects({"damping"});
-        body.setup.options.integrator = LIMAX_XPBD;
-        body.setup.options.time_step = time_step;
-        body.setup.options.duration = 0.5;
-        body.setup.options.record[LIMAX_TRACE_ENERGY] = 20;
-        auto run = body.open();
-        const snapshot start = bend(*run, 4e-3, 0.5);
-        stage::finish(*run);
-        REQUIRE(run->outcomes()[0].status == LIMAX_ROBOT_DONE);
-        const auto before = momenta_of(start, body.body()),
-                   after = momenta_of(state_of(*run), body.body());
-        CAPTURE(time_step);
-        for (int k = 0; k < 6; ++k) CHECK(std::fabs(after[k] - before[k]) < 1e-13);
-        const trace_view energy = trace_of(*run, 0, LIMAX_TRACE_ENERGY);
-        CHECK(energy.at(10, 0) + energy.at(10, 1) < energy.at(0, 0) + energy.at(0, 1));
-    }
-}
-
 TEST_CASE("RK4 and XPBD refuse what they cannot integrate, and devices other than the CPU") {
     limax_simulation_options options = default_options();
     // the scene's effects, what RK4 names of them, whether XPBD refuses them
@@ -162,23 +127,4 @@ TEST_CASE("RK4 and XPBD refuse what they cannot integrate, and devices other tha
         CHECK(beyond() == "integrator: " + name +
                               " runs on the cpu only; use device 'cpu' or the integrator leapfrog");
     }
-}
-
-TEST_CASE("RK4: a settling muscle, samples of velocity and energy") {
-    stage body = free_body(true);
-    body.setup.options.integrator = LIMAX_RK4;
-    body.setup.options.time_step = 1e-3;
-    body.setup.options.settle = 0.1;
-    body.setup.options.record[LIMAX_TRACE_VELOCITY] = 20;
-    body.setup.options.record[LIMAX_TRACE_ENERGY] = 20;
-    const auto run = body.run();
-    const trace_view velocity = trace_of(*run, 0, LIMAX_TRACE_VELOCITY);
-    REQUIRE(velocity.samples == 6);
-    const snapshot end = state_of(*run);
-    for (std::size_t i = 0; i < end.velocities.size(); ++i)
-        CHECK(velocity.at(5, int64_t(i)) == end.velocities[i]);
-    // while the body settles nothing moves it; then its muscles do
-    const trace_view energy = trace_of(*run, 0, LIMAX_TRACE_ENERGY);
-    CHECK(energy.at(0, 0) < 1e-20);
-    CHECK(energy.at(5, 0) > 0);
 }

@@ -36,7 +36,7 @@ struct fake_gpus {
         full.setup.scene = bodies.setup.scene;
         full.setup.options = bodies.setup.options;
         full.setup.options.time_step = 1e-4;
-        return checked_setup(full);
+        return full.checked();
     }
     // A simulation of some robots, of all where none are listed.
     std::unique_ptr<simulation> make(simulation_setup setup, const std::vector<int>& which = {}) {

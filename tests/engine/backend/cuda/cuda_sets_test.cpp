@@ -1,12 +1,8 @@
 // cuda_sets_test.cpp: the kernels that scenes need: that the ones built with limax are among
-// them, that they spill little on every architecture, and that neither where a kernel came from nor
-// an effect that never acts changes a bit. The last two need a GPU.
+// them, and that they spill little on every architecture.
 #include "cuda_sets.h"
 
 #include <algorithm>
-#include <cstring>
-
-#include "backend/cuda/run/device.h"
 
 using namespace limax;
 using namespace limax::test;
@@ -76,60 +72,6 @@ kernel_set of_scene(const char* entry, const kernel_set& set) {
     for (const char* name : {"LIMAX_EFFECTS", "LIMAX_PRECISION", "LIMAX_LEAPFROG"})
         serving.defines[name] = set.defines.at(name);
     return serving;
-}
-
-// ---- on a GPU ----
-
-// Null where there is none, and then says so.
-std::unique_ptr<device> found_gpu() {
-    const std::string why = cuda::why_no_cuda_device();
-    if (why.empty()) return cuda::make_cuda_device(1, "");
-    MESSAGE("skipped: ", why);
-    return nullptr;
-}
-
-// Bodies of all materials that fall, land and walk, at a step that no effect's bound changes.
-stage walking(const simulation_setup& like) {
-    stage bodies(like.grid, 5);
-    bodies.randomize(3);
-    bodies.setup.scene = like.scene;
-    limax_simulation_options& options = bodies.setup.options;
-    options.precision = like.options.precision;
-    options.integrator = like.options.integrator;
-    options.time_step = 1e-4;
-    options.duration = 0.2;
-    options.position[2] = 0.01;
-    return bodies;
-}
-
-struct ended {
-    std::vector<snapshot> states;  // [robot]
-    std::string kernel;            // what the simulation says of it
-};
-
-ended run_on(device& gpu, const stage& bodies) {
-    const auto simulation = gpu.simulate(checked_setup(bodies));
-    stage::finish(*simulation);
-    ended result;
-    for (int robot = 0; robot < bodies.setup.count; ++robot) {
-        REQUIRE(simulation->outcomes()[robot].status == LIMAX_ROBOT_DONE);
-        result.states.push_back(state_of(*simulation, robot));
-    }
-    result.kernel = simulation->describe();
-    return result;
-}
-
-bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {
-    return a.size() == b.size() && !a.empty() &&
-           std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0;
-}
-void check_same_bits(const ended& a, const ended& b) {
-    REQUIRE(a.states.size() == b.states.size());
-    for (std::size_t robot = 0; robot < a.states.size(); ++robot) {
-        CAPTURE(robot);
-        CHECK(same_bits(a.states[robot].positions, b.states[robot].positions));
-        CHECK(same_bits(a.states[robot].velocities, b.states[robot].velocities));
-    }
 }
 
 }  // namespace
@@ -313,53 +255,4 @@ TEST_CASE("all effects together, some several times, compile on both paths") {
                     compiles(asking_machine(capability).step_of(setup),
                              nvrtc->architecture_for(capability));
             }
-}
-
-TEST_CASE("an embedded kernel and the same one compiled here give the same bits") {
-    if (!found_gpu() || !found_compiler()) return;
-    const environment_variable origins("LIMAX_KERNELS");
-    for (const kernel_set& set : cuda::ahead_of_time_sets()) {
-        // the bodies of this test walk on flat ground
-        if (!steps_robots(set) || unsigned(number_in(set, "LIMAX_EFFECTS")) != walking_effects)
-            continue;
-        CAPTURE(set.title());
-        const stage bodies = walking(setup_behind(set));
-        const auto run_from = [&](const char* origin) {
-            origins.set(origin);
-            return run_on(*found_gpu(), bodies);
-        };
-        const ended built = run_from("ahead-of-time"), compiled_here = run_from("compiled");
-        CHECK(built.kernel.find("\"origin\":\"ahead of time\"") != std::string::npos);
-        CHECK(compiled_here.kernel.find("\"origin\":\"compiled\"") != std::string::npos);
-        check_same_bits(built, compiled_here);
-        // the comparison distinguishes two bodies
-        CHECK_FALSE(same_bits(built.states[0].positions, built.states[1].positions));
-    }
-}
-
-TEST_CASE("an effect that never acts does not affect results") {
-    const auto gpu = found_gpu();
-    if (!gpu) return;
-    for (const int precision : every_precision)
-        for (const int integrator : {LIMAX_SYMPLECTIC_EULER, LIMAX_LEAPFROG}) {
-            CAPTURE(precision);
-            CAPTURE(integrator);
-            // the ground is far below, and gravity may be 0
-            const auto run = [&](const std::vector<std::string>& names, bool weight) {
-                stage bodies = walking(setup_of(0, precision, integrator, {4, 3, 5}));
-                bodies.effects(names);
-                const auto has = [&](const char* name) {
-                    return std::count(names.begin(), names.end(), name) > 0;
-                };
-                if (has("ground")) bodies.set("ground", "height", {-1000});
-                if (has("gravity") && !weight) bodies.set("gravity", "acceleration", {0, 0, 0});
-                return run_on(*gpu, bodies);
-            };
-            const ended muscles = run({"damping", "actuation"}, false),
-                        falling = run({"damping", "actuation", "gravity"}, true);
-            check_same_bits(muscles, run({"damping", "actuation", "gravity"}, false));
-            check_same_bits(falling,
-                            run({"damping", "actuation", "gravity", "ground", "friction"}, true));
-            CHECK_FALSE(same_bits(muscles.states[0].positions, falling.states[0].positions));
-        }
 }
