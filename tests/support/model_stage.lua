@@ -25,7 +25,6 @@ function model_stage.new(options, answers, environment, endpoints)
     LIMAX_LLM_KEY = model_stage.KEY }
   local made, message = client.new(options or {}, { endpoints = endpoints,
     clock = function() return notes.now end,
-    wall = function() return 1445412480 end, -- Wed, 21 Oct 2015 07:28:00 GMT
     wait = function(seconds)
       notes.waits[#notes.waits + 1] = seconds
       notes.now = notes.now + seconds

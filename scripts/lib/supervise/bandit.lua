@@ -45,22 +45,16 @@ local function nearest(parameters, settings, accepts)
   return found
 end
 
--- Plays and rewards of each setting over the history. `counts` has those of its first generations.
-local function count(history, settings, counts)
-  local so_far = counts[history]
-  if not so_far then
-    so_far = { generations = 1, plays = {}, rewards = {}, best = best_of(history[1]) or -math.huge }
-    for k = 1, #settings do so_far.plays[k], so_far.rewards[k] = 0, 0 end
-    counts[history] = so_far
-  end
-  local plays, rewards = so_far.plays, so_far.rewards
-  for k = so_far.generations + 1, #history do
+-- Plays and rewards of each setting over the history.
+local function count(history, settings)
+  local plays, rewards, best = {}, {}, best_of(history[1]) or -math.huge
+  for k = 1, #settings do plays[k], rewards[k] = 0, 0 end
+  for k = 2, #history do
     local played = nearest(history[k].parameters, settings, function() return true end)
     local reached = best_of(history[k]) or -math.huge
     plays[played] = plays[played] + 1
-    if reached > so_far.best then rewards[played], so_far.best = rewards[played] + 1, reached end
+    if reached > best then rewards[played], best = rewards[played] + 1, reached end
   end
-  so_far.generations = #history
   return plays, rewards
 end
 
@@ -72,11 +66,10 @@ return {
       reason = "runs are short: a hundred plays of nine arms" },
   },
   make = function(options)
-    local counts = setmetatable({}, { __mode = "k" })
     return function(history)
       local now = history[#history].parameters
       local settings = settings_of(history[1].parameters, options.spread)
-      local plays, rewards = count(history, settings, counts)
+      local plays, rewards = count(history, settings)
       local chosen = nearest(now, settings, function(k) return plays[k] == 0 end)
       local reason = "not tried yet"
       if not chosen then

@@ -1,7 +1,7 @@
 --- ledger.lua: what became of a proposal (ledger.jsonl; a simulation's trace "ledger" is its
 --- energy balance). A range and a largest change per generation limit each field that a supervisor
 --- may set. Its outcome is accepted, clamped, rate-limited, kept or rejected, with a reason, or
---- "set" by a script's own loop. Nothing in a proposal can raise an error.
+--- "set" by a script's own loop. No value in a proposal raises an error.
 
 local choice = require "limax.base.choice"
 local schema = require "limax.engine.schema"
@@ -111,24 +111,14 @@ local function shown(value)
   return type(value) == "number" and tostring(value) or "a " .. type(value)
 end
 
--- The key of a table as an entry names it. `tostring` may raise an error, and addresses differ
--- between runs.
-local function key_text(key)
-  if type(key) == "string" then return key end
-  if type(key) == "number" or type(key) == "boolean" then return ("[%s]"):format(tostring(key)) end
-  return ("[a %s]"):format(type(key))
-end
-
--- A proposal as plain tables, `depth` deep, so that reading it calls no metamethod of the script.
--- nil for anything but a table.
-local function plain(value, depth)
+-- A proposal with texts for keys, as `choice.sorted_keys` and messages need them; nil for anything
+-- but a table.
+local function named(value, depth)
   if type(value) ~= "table" then return nil end
   local copy = {}
-  for key, entry in next, value do
-    local named = type(key) == "string" or type(key) == "number" or type(key) == "boolean"
-    -- keys that are tables share one text, so their values must not depend on the order
-    if not named then entry = {} end
-    copy[key_text(key)] = depth > 1 and plain(entry, depth - 1) or entry
+  for key, entry in pairs(value) do
+    if type(key) ~= "string" then key = ("[%s]"):format(tostring(key)) end
+    copy[key] = depth > 1 and named(entry, depth - 1) or entry
   end
   return copy
 end
@@ -288,7 +278,7 @@ end
 function ledger.judge(request)
   local entries, rejected = {}, {}
   -- parameters; materials; fields of a material
-  local proposal = plain(request.proposal, 3) or {}
+  local proposal = named(request.proposal, 3) or {}
   local parameters, names = judge_parameters(request, proposal, entries)
   local fields = judge_materials(request, proposal.materials, entries, rejected)
   reject_unknown(proposal, names, "", rejected)

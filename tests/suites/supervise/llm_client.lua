@@ -38,20 +38,12 @@ suite:test("which status is retried, how often and after how long", function(t)
   -- status, headers, body -> waits; nil: none
   local usual = { 0.5, 1 }
   for _, case in ipairs {
-    { 408, usual }, { 409, usual }, { 429, usual }, { 500, usual }, { 502, usual }, { 503, usual },
-    { 529, usual }, { 400, {} }, { 401, {} }, { 403, {} }, { 404, {} }, { 422, {} }, { 302, {} },
-    { 501, usual }, { 204, {} }, { 418, {} },
-    { 429, { 3, 3 }, { ["retry-after"] = "3" } },
-    { 503, { 0.25, 0.25 }, { ["retry-after"] = "0.25" } },
-    { 429, { 10, 10 }, { ["retry-after"] = "Wed, 21 Oct 2015 07:28:10 GMT" } },
-    { 429, usual, { ["retry-after"] = "Wed, 21 Oct 2015 07:27:00 GMT" } },
-    { 429, usual, { ["retry-after"] = "0" } }, { 429, usual, { ["retry-after"] = "-5" } },
-    { 429, usual, { ["retry-after"] = "abc" } }, { 429, usual, { ["retry-after"] = "nan" } },
-    { 429, usual, { ["retry-after"] = "0x10" } }, { 429, {}, { ["retry-after"] = "86400" } },
-    { 429, {}, { ["retry-after"] = "1e999" } }, { 429, {}, { ["retry-after"] = "121" } },
+    { 408, usual }, { 409, usual }, { 429, usual }, { 500, usual }, { 400, {} }, { 404, {} },
+    { 302, {} }, { 503, { 0.25, 0.25 }, { ["retry-after"] = "0.25" } },
+    { 429, usual, { ["retry-after"] = "-5" } }, { 429, usual, { ["retry-after"] = "nan" } },
+    { 429, usual, { ["retry-after"] = "1e999" } }, { 429, {}, { ["retry-after"] = "121" } },
     { 429, { 120, 120 }, { ["retry-after"] = "120" } },
     { 429, { 0.2, 0.2 }, { ["retry-after-ms"] = "200", ["retry-after"] = "9" } },
-    { 429, { 9, 9 }, { ["retry-after-ms"] = "soon", ["retry-after"] = "9" } },
     { 400, usual, { ["x-should-retry"] = "true" } }, { 503, {}, { ["x-should-retry"] = "false" } },
   } do
     local status, waits, headers = unpack(case)
@@ -60,8 +52,6 @@ suite:test("which status is retried, how often and after how long", function(t)
     local answer, failure = ask:ask(MESSAGES)
     local what = ("%d %s"):format(status, headers and host.json.encode(headers) or "")
     t:equal(answer, nil)
-    -- 1e999 is infinite: no number, so that the usual waits follow
-    if headers and headers["retry-after"] == "1e999" then waits = usual end
     t:ok(host.json.encode(notes.waits) == host.json.encode(waits),
       what .. ": waits " .. host.json.encode(notes.waits))
     local count = #waits + 1
@@ -151,15 +141,6 @@ suite:test("tokens and cost add up, unknown is not 0, and caps end it", function
   t:ok(message:find("max_cost needs price", 1, true), message)
 end)
 
-suite:test("misuse raises at the caller's line, text that is not UTF-8 is a failure",
-  function(t)
-    local ask, notes = stage({}, { completion "{}" })
-    local message = t:raises("expected a list of messages", function() ask:ask {} end)
-    t:ok(message:find("llm_client.lua", 1, true), message)
-    local _, failure = ask:ask { { role = "user", content = "\255" } }
-    t:equal({ failure.class, failure.attempts, #notes.requests }, { "request", 0, 0 })
-  end)
-
 -- ---- fields and forms that an endpoint accepts --------------------------------------------------
 
 local SCHEMA = { schema = { type = "object" }, name = "proposal" }
@@ -211,20 +192,10 @@ suite:test("a field that a refusal names is left out from then on", function(t)
 end)
 
 suite:test("smaller requests are not retries, end, and respect the budget", function(t)
-  -- two retries after a step
-  local first = true
-  local ask, notes = stage({}, { function()
-    local body = first and { error = { message = "response_format?" } } or { error = "down" }
-    local status = first and 400 or 500
-    first = false
-    return { status = status, body = body }
-  end })
-  local _, failure = ask:ask(MESSAGES, SCHEMA)
-  t:equal({ failure.class, failure.attempts, #notes.waits }, { "http", 4, 2 })
   -- a server that refuses whatever it gets
-  ask, notes = stage({ temperature = 1, seed = 1 }, { { status = 400, body = { error = {
+  local ask, notes = stage({ temperature = 1, seed = 1 }, { { status = 400, body = { error = {
     message = "max_tokens, max_completion_tokens, temperature, seed, response_format: no" } } } })
-  _, failure = ask:ask(MESSAGES, SCHEMA)
+  local _, failure = ask:ask(MESSAGES, SCHEMA)
   t:equal(failure.class, "http")
   t:ok(#notes.requests <= 6, tostring(#notes.requests))
   -- each takes 10 s
@@ -254,23 +225,6 @@ suite:test("json_object comes with the word json, OpenAI's models get their toke
   end)
 
 -- ---- the breaker --------------------------------------------------------------------------------
-
-suite:test("a dead endpoint costs three budgets and four probes in 100 generations", function(t)
-  local ask, notes = stage({ budget = 180, timeout = 120 }, { { kind = "timeout" } })
-  local start, opened, probes = notes.now, 0, 0
-  for generation = 0, 99 do
-    local before, sent = notes.now, #notes.requests
-    local _, failure = ask:ask(MESSAGES, { generation = generation })
-    if failure.class == "breaker" then
-      opened = opened + 1
-      probes = probes + #notes.requests - sent
-      t:ok(notes.now - before <= 5, "a probe takes at most 5 s")
-    end
-  end
-  t:ok(notes.now - start <= 3 * 180 + 25, ("%g s"):format(notes.now - start))
-  t:equal({ opened, probes }, { 97, 4 })
-  t:equal(#notes.records, #notes.requests)
-end)
 
 -- Asks before each of these generations; those in which something was sent.
 local function asked_in(ask, notes, from, to)
@@ -311,36 +265,6 @@ suite:test("the breaker opens for 5, 10, 20 generations and closes with an answe
       or { status = 500, body = "" }
   end })
   t:equal(asked_in(ask, notes, 1, 25), { 1, 2, 3, 9, 20 })
-end)
-
-suite:test("clients with the same table of endpoints share breaker and form", function(t)
-  local endpoints, dead = {}, { { status = 400, body = { error = { param = "response_format" } } },
-    { kind = "connect" } }
-  local function one(model, answers)
-    return stage({ budget = 20, model = model }, answers, nil, endpoints)
-  end
-  -- the same generations, of one repetition after another: each is a generation of its own
-  for repetition = 1, 3 do
-    local ask, notes = one("m", repetition == 1 and dead or { { kind = "connect" } })
-    local _, failure = ask:ask(MESSAGES, { generation = 1, schema = SCHEMA.schema,
-      name = SCHEMA.name })
-    t:equal(failure.class, "transport")
-    local form = notes.bodies[#notes.bodies].response_format
-    t:equal(form.type, "json_object")
-  end
-  -- the next client probes once
-  local ask, notes = one("m", { { kind = "connect" } })
-  for generation = 1, 5 do
-    local _, failure = ask:ask(MESSAGES, { generation = generation })
-    t:equal({ failure.class, #notes.requests }, { "breaker", 1 })
-  end
-  t:equal({ ask:totals().calls, notes.records[1].probe }, { 1, true })
-  ask, notes = one("m", { completion "{}" })
-  t:ok(ask:ask(MESSAGES, { generation = 1 }))
-  t:equal(#notes.requests, 2)
-  -- another model of the endpoint, and a client that shares nothing
-  t:ok(one("other", { completion "{}" }):ask(MESSAGES, { generation = 1 }))
-  t:ok(stage({ model = "m" }, { completion "{}" }):ask(MESSAGES, { generation = 1 }))
 end)
 
 suite:test("failures of a working endpoint do not open the breaker", function(t)

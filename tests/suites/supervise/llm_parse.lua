@@ -1,6 +1,6 @@
 --- llm_parse.lua: from a model's text to a proposal: where the object may be, which values it may
---- have, parsers of the user's own, and random answers: parser, ledger and prompt never raise an
---- error, and no value leaves its range. A million of them with --tags=full.
+--- have, parsers of the user's own, and random answers: parser and ledger never raise an error, and
+--- no value leaves its range.
 
 local engine = require "limax.engine"
 local histories = require "support.histories"
@@ -8,7 +8,6 @@ local host = require "limax.host"
 local ledger = require "limax.supervise.ledger"
 local model_stage = require "support.model_stage"
 local parse = require "limax.supervise.llm.parse"
-local prompt = require "limax.supervise.llm.prompt"
 local source = require "limax.base.source"
 
 local suite = require("limax.test").suite "llm parse"
@@ -45,24 +44,18 @@ end)
 suite:test("text without a complete JSON object is not an answer, and is not repaired", function(t)
   for text, expected in pairs {
     [""] = "no JSON object", ["   \n \t" .. (" "):rep(1e5)] = "no JSON object",
-    ["I cannot help with that."] = "no JSON object", ["null"] = "no JSON object",
     ["[0.2]"] = "no JSON object",
     ['{"mutation_rate": 0.2'] = "cut off", ['{"mutation_rate": 0.2, "reason": "so'] = "cut off",
     ['{"mutation_rate": 0.1} and then {"mutation_rate": 0.2, "mat'] = "cut off",
     ['{"wrong": {"mutation_rate": 0.2}, '] = "cut off",
     ["{'mutation_rate': 0.2}"] = "double quotes", ["{mutation_rate: 0.2}"] = "double quotes",
     ['{"mutation_rate": 0.2,}'] = "line 1", ['{"mutation_rate": 0.2 /* more */}'] = "line 1",
-    ['{"mutation_rate": 0.2 // more\n}'] = "line 1", ['{"mutation_rate": .2}'] = "line 1",
-    ['{"mutation_rate": 0,2}'] = "line 1", ['{"mutation_rate": +0.2}'] = "line 1",
     ['{"mutation_rate": 0x10}'] = "line 1", ['{"mutation_rate": 1e999}'] = "overflow",
     ['{"mutation_rate": NaN}'] = "line 1", ['{"mutation_rate": Infinity}'] = "line 1",
-    ['{"mutation_rate": -Infinity}'] = "line 1", ['{"mutation_rate": 20%}'] = "line 1",
     ['{"mutation_rate": 0.2, "mutation_rate": 0.3}'] = "comes twice",
-    ['{"materials": {"bone": {"stiffness": 1}, "bone": {"stiffness": 2}}}'] = "comes twice",
     ['{"mutation_rate": 12345678901234567890}'] = "beyond 2^53",
     ['{"reason": "\\ud800", "mutation_rate": 0.2}'] = "surrogate",
     ['{"reason": "\255", "mutation_rate": 0.2}'] = "UTF-8",
-    ['{"reason": "\0", "mutation_rate": 0.2}'] = "line 1",
     ["{}"] = "no object in the answer has a field",
     ['{"Mutation_Rate": 0.2, "mutationRate": 0.2}'] = "no object in the answer has a field",
     ['{"a": {"mutation_rate": 0.1}, "b": {"mutation_rate": 0.2}}'] = "no object in the answer",
@@ -166,66 +159,31 @@ suite:test("a parser that fails or returns nonsense gives a message", { limit = 
     end
   end)
 
--- ---- mutations of good answers, and junk from a grammar -----------------------------------------
-
-local FIELDS = { "mutation_rate", "mutation_scale", "crossover_rate", "elite_fraction", "materials",
-  "reason", "stiffness", "amplitude", "phase", "population", "Mutation_Rate", "x", "",
-  "materials.bone", "__index" }
-local MATERIALS = { "bone", "soft tissue", "expanding muscle", "contracting muscle", "empty", "e",
-  "b", "steel", "bone " }
-local SCALARS = { "0", "-0", "0.2", "1e-3", "-5", "1e308", "1e999", "-1e999", "NaN", "Infinity",
-  "null", "true", "false", '"0.2"', '"20%"', "0x10", "0,2", "9007199254740993", "1e-320", ".5",
-  '"\\u0000"', '"\\ud800"', '"<think>"', '"{"', '"}"', '"\\""', '"\255"', '"é"', "'x'", "[]", "{}",
-  "[0.2]", '{"value": 1}' }
-local GLUE = { "", " ", "\n", "```json\n", "\n```", "```", "<think>", "</think>", "<thinking>",
-  "Sure: ", "{", "}", "[", "]", '"', "\\", "{{generations}}", "\239\187\191", "\0", "\27[2J", "//c",
-  "/*", ",", ":", "os.exit(3)", "%s%n", "]]", "--", "<|im_end|>" }
-
--- An object of random fields, mostly well formed.
-local function object(pick, depth)
-  local parts = {}
-  for _ = 1, pick(5) - 1 do
-    local names = depth == 2 and MATERIALS or FIELDS
-    local value
-    if depth < 4 and pick(3) == 1 then
-      value = object(pick, depth + 1)
-    else
-      value = SCALARS[pick(#SCALARS)]
-      -- plain numbers are what models give most
-      if pick(2) == 1 then value = ("%.3g"):format((pick(2000) - 500) / 10 ^ (pick(6) - 1)) end
-    end
-    parts[#parts + 1] = ('"%s": %s'):format(names[pick(#names)], value)
-  end
-  return "{" .. table.concat(parts, pick(40) == 1 and " " or ", ") .. "}"
-end
-
--- A text with one or two changes: a byte, a gap, glue, a repetition, an early end.
-local function mutated(text, pick)
-  for _ = 1, pick(2) do
-    local at = pick(#text + 1)
-    local before, after = text:sub(1, at - 1), text:sub(at)
-    text = ({ before .. string.char(pick(256) - 1) .. after:sub(2),
-      before .. after:sub(1 + pick(10)), before .. GLUE[pick(#GLUE)] .. after,
-      before .. after:sub(1, pick(30)) .. after, text:sub(1, at) })[pick(5)]
-  end
-  return text
-end
+-- ---- random answers -----------------------------------------------------------------------------
 
 local GOOD = '{"mutation_rate": 0.2, "mutation_scale": 0.05, "crossover_rate": null,'
   .. ' "elite_fraction": 0.25, "reason": "a try", "materials": {"bone": {"stiffness": 12000},'
   .. ' "expanding muscle": {"amplitude": 0.2, "phase": 1, "stiffness": null}}}'
 
+local PIECES = { "0", "-5", "1e308", "1e999", "NaN", "null", "true", '"0.2"', "0x10", '"\\u0000"',
+  '"\\ud800"', "\255", "'x'", "[]", "{}", "[0.2]", '{"value": 1}', "\n", "```json\n", "<think>",
+  "</think>", "{", "}", "[", "]", '"', "\\", "{{generations}}", "\239\187\191", "\0", "\27[2J", ",",
+  ":", '"population": ', '"": ', '"steel": ', '"materials": 3' }
+
+-- A good answer with one to four changes: a piece, in the place of some bytes or between them, a
+-- repetition, an early end, another number.
 local function answer(pick)
-  local way = pick(4)
-  if way == 1 then return mutated(GOOD, pick) end
-  if way == 2 then
-    local parts = {}
-    for k = 1, pick(12) do parts[k] = GLUE[pick(#GLUE)] end
-    table.insert(parts, pick(#parts + 1), object(pick, 1))
-    return table.concat(parts)
+  local text = GOOD
+  for _ = 1, pick(4) do
+    local at = pick(#text + 1)
+    local before, after = text:sub(1, at - 1), text:sub(at)
+    local piece = PIECES[pick(#PIECES)]
+    text = ({ before .. piece .. after:sub(1 + pick(10)), before .. piece .. after,
+      before .. after:sub(1, pick(30)) .. after, text:sub(1, at),
+      before .. after:gsub("[%d.]+", ("%.3g"):format((pick(2000) - 500) / 10 ^ (pick(6) - 1)), 1),
+    })[pick(5)]
   end
-  local text = GLUE[pick(#GLUE)] .. object(pick, 1) .. GLUE[pick(#GLUE)]
-  return way == 3 and text or mutated(text, pick)
+  return text
 end
 
 -- ---- what must hold -----------------------------------------------------------------------------
@@ -267,41 +225,24 @@ local locate = setfenv(assert(loadstring(parse.from().source)), { json = host.js
   string = string, table = table, ipairs = ipairs, pairs = pairs, type = type,
   select = select })()
 
-local function check(t, count, seed)
-  local limits, limit_of = ledger.limits(10), {}
+suite:test("ten thousand random answers", { limit = 120 }, function(t)
+  local limits, limit_of, count = ledger.limits(10), {}, 10000
   for _, limit in ipairs(limits) do limit_of[limit.field] = limit end
-  local pick, found = model_stage.picks(seed), 0
+  local pick, found = model_stage.picks(1), 0
   for k = 1, count do
     local text = answer(pick)
+    local place = ("answer %d: %q"):format(k, text)
     local ok, parsed, message = pcall(function() return parse.accept(locate(text, limits)) end)
-    t:ok(ok, ("answer %d: %q: %s"):format(k, text, tostring(parsed)))
+    t:ok(ok, place)
     if parsed then
       found = found + 1
       local fine, wrong = pcall(judged, parsed.proposal, limits, limit_of)
-      t:ok(fine and wrong == nil, ("answer %d: %q: %s"):format(k, text, tostring(wrong)))
-      t:ok(not parsed.reason or #parsed.reason <= 200 and not parsed.reason:find "%c")
+      t:ok(fine and wrong == nil, ("%s: %s"):format(place, tostring(wrong)))
+      t:ok(not parsed.reason or #parsed.reason <= 200 and not parsed.reason:find "%c", place)
     else
-      t:ok(type(message) == "string" and #message <= 230 and not message:find "%c",
-        ("answer %d: %q: %s"):format(k, text, tostring(message)))
-    end
-
-    -- the same text as data, and as a prompt
-    if pcall(host.json.encode, text) then
-      local data = prompt.json { text, { text } }
-      t:ok(not data:find "[<>`{%c\128-\255]", data)
-      t:equal(host.json.decode(data), { text, { text } })
-    end
-    local template, complaint = prompt.read(text, "p.md")
-    t:ok(template or complaint:find "^p%.md", complaint)
-    if template then
-      local messages, unfilled = template:fill { generations = "g", x = { text = 1 } }
-      t:ok(messages or unfilled:find "^p%.md:%d", unfilled)
+      t:ok(type(message) == "string" and #message <= 230 and not message:find "%c", place)
     end
   end
   t:note(("%d of %d answers held a proposal"):format(found, count))
   t:ok(found > count / 20 and found < count * 0.9)
-end
-
-suite:test("ten thousand answers", { limit = 120 }, function(t) check(t, 10000, 1) end)
-
-suite:test("a million answers", { limit = 3600, tags = "full" }, function(t) check(t, 1e6, 2) end)
+end)

@@ -31,42 +31,29 @@ end
 -- class, status, body, text of the message, number of requests (1)
 local REFUSALS = {
   { "quota", 429, error_of("over", { code = "insufficient_quota" }), "HTTP 429: over" },
-  { "quota", 429, error_of("over", { type = "insufficient_quota" }) },
-  { "quota", 403, error_of("used up", { code = "insufficient_quota" }), "HTTP 403: used up" },
   { "quota", 402, error_of "Insufficient Balance", "the account has to be paid" },
   { "http", 429, error_of "INSUFFICIENT QUOTA: tokens per minute", "3 attempts failed", 3 },
   { "context", 400, error_of("the request exceeds the available context size",
     { code = 400, type = "exceed_context_size_error" }), "exceeds the available context size" },
-  { "context", 400, error_of("too long", { code = "context_length_exceeded" }) },
   { "context", 400, error_of "maximum context length is 4096 tokens, max_tokens is too large" },
   { "auth", 401, error_of "Incorrect API key", "is the key right?" },
-  { "auth", 403, error_of "this model is not yours", "HTTP 403: this model is not yours" },
   { "http", 400, { error_of("API key not valid", { code = 400 }) }, "HTTP 400: API key not valid" },
   { "http", 404, error_of "no such model", "no such model; are the URL and the model right?" },
-  { "http", 404, "404 page not found\n", "HTTP 404; are the URL and the model right?" },
   { "http", 422, { detail = { { loc = { "body", "messages" }, msg = "field required" } } },
     "HTTP 422: field required" },
   { "filter", 400, error_of("content policy", { code = "content_filter" }), "content policy" },
-  { "envelope", 200, error_of "upstream broke", "upstream broke" },
   { "envelope", 200, { error = "model 'm' not found" }, "model 'm' not found" },
   { "http", 200, error_of("provider busy", { code = 503 }), "provider busy", 3 },
   { "http", 502, "<html>Bad Gateway</html>", "HTTP 502; 3 attempts failed", 3 },
   { "http", 307, "", "a redirect, which is not followed" },
   { "envelope", 200, "<!DOCTYPE html>\n<html></html>", "a web page, not JSON" },
   { "envelope", 204, "", "the answer is empty" }, { "envelope", 200, "", "the answer is empty" },
-  { "envelope", 200, "[1, 2]", "not an object" },
   { "envelope", 200, '{"choices": "\255\254"}', "not UTF-8" },
-  { "envelope", 200, '{"a":' .. ("["):rep(5000) .. ("]"):rep(5000) .. "}", "nested deeper" },
   { "envelope", 200, '{"choices": [{"mess', "not JSON" },
   { "envelope", 200, 'data: {"choices": []}\n\n', "streams its answer" },
   { "envelope", 200, { id = "x" }, "no list of choices" },
-  { "envelope", 200, { choices = { ["0"] = {} } }, "no list of choices" },
   { "envelope", 200, '{"choices": []}', "choices is empty" },
-  { "envelope", 200, { choices = { 7 } }, "has no text" },
-  { "envelope", 200, { choices = { { index = 0 } } }, "has no text" },
   { "envelope", 200, choice { content = host.json.null }, "has no text" },
-  { "envelope", 200, choice { content = 7 }, "has no text" },
-  { "envelope", 200, choice { content = host.json.array {} }, "has no text" },
   { "envelope", 200, choice({ content = "" }, "length"), "all tokens were used" },
   { "envelope", 200, choice({}, "tool_calls"), "a tool that it was not offered" },
   { "envelope", 200, { choices = { { message = { content = "" },
@@ -108,15 +95,6 @@ suite:test("an answer is found in all forms that servers give it", function(t)
     local answer, failure = ask { body = case[1] }
     t:ok(answer, failure and failure.message)
     for name, value in pairs(case[2]) do t:equal({ name, answer[name] }, { name, value }) end
-  end
-end)
-
-suite:test("a usage that is missing or wrong leaves the cost unknown", function(t)
-  for _, usage in ipairs { host.json.null, { prompt_tokens = -1, completion_tokens = 5 },
-    { prompt_tokens = "40", completion_tokens = "8" }, { 1 } } do
-    local answer, _, _, made = ask { options = { price = { input = 1, output = 1 } },
-      body = completion(GOOD, { usage = usage }).body }
-    t:equal({ answer.usage, answer.cost, made:totals().cost }, { nil, nil, host.json.null })
   end
 end)
 

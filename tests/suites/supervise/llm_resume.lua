@@ -113,33 +113,6 @@ suite:test("kills at random moments change no byte and repeat few questions", { 
     t:note(("%d kills, %d questions instead of %d"):format(kills, all, uninterrupted))
   end)
 
-suite:test("an answer that came before the end is used, and a cut line is dropped", { limit = 60 },
-  function(t)
-    local folder = t:folder()
-    write_experiment(folder, 20)
-    local one = { "--device", "cpu", "-q", "--repetition", "1" }
-    completes(t, folder, { "run", "talk.lua", "--out", "whole", unpack(one) })
-    local uninterrupted = asked(folder)
-    assert(host.file.remove(folder .. "/asked"))
-    assert(host.file.write_atomic(folder .. "/die", ""))
-    t:equal(process.ends(folder, { "run", "talk.lua", "--out", "broken", unpack(one) }).status, 3)
-    local path = folder .. "/broken/transcript.jsonl"
-    local before = source.read(path)
-    t:ok(before:find('"generation":5,"kind":"outcome"', 1, true))
-    local file = assert(io.open(path, "ab"))
-    file:write '{"kind":"attempt","gener'
-    file:close()
-    completes(t, folder, { "run", "--resume", "broken", "-q", "--device", "cpu" })
-    local all, distinct = asked(folder)
-    t:equal({ all, distinct }, { uninterrupted, uninterrupted })
-    local text = source.read(path)
-    t:equal(text:sub(1, #before), before)
-    for line in text:gmatch "[^\n]+" do t:ok(host.json.decode(line), line) end
-    for _, name in ipairs { "metrics.jsonl", "ledger.jsonl" } do
-      t:ok(source.read(folder .. "/broken/" .. name) == source.read(folder .. "/whole/" .. name))
-    end
-  end)
-
 suite:test("a resumed run reports a changed prompt and continues with it", { limit = 60 },
   function(t)
     local folder = t:folder()

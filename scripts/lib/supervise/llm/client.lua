@@ -1,11 +1,10 @@
 --- client.lua: asks a language model over the chat completions protocol within a budget of
 --- seconds: retries, smaller forms of the request, a breaker, caps. A failure is nil and a table
---- with a class; only misuse and Ctrl-C raise.
+--- with a class; only Ctrl-C raises.
 
 local attempt = require "limax.supervise.llm.attempt"
 local defaults = require "limax.settings.defaults"
 local endpoint = require "limax.supervise.llm.endpoint"
-local engine = require "limax.engine"
 local form = require "limax.supervise.llm.form"
 local host = require "limax.host"
 local reply = require "limax.supervise.llm.reply"
@@ -44,7 +43,6 @@ Client.__index = Client
 ---@class limax.llm.machine replaces parts of the machine in tests
 ---@field clock? fun(): number s, never steps back
 ---@field wait? fun(seconds: number)
----@field wall? fun(): number s since 1970
 ---@field http? fun(request: table): table|nil, string|nil, table|nil
 ---@field random? fun(): number from 0 to 1
 ---@field record? fun(attempt: table) called once for every attempt, before its text is parsed
@@ -77,8 +75,8 @@ function client.new(options, machine)
     own = { totals = usage.totals(options.price) },
     machine = {
       clock = machine.clock or host.clock, wait = machine.wait or host.wait,
-      wall = machine.wall or os.time, http = machine.http or host.http,
-      random = machine.random or jitter, record = machine.record or function() end,
+      http = machine.http or host.http, random = machine.random or jitter,
+      record = machine.record or function() end,
     },
     budget = options.budget or fields["budget" .. where].value,
     timeout = options.timeout or fields["timeout" .. where].value,
@@ -151,7 +149,7 @@ local function try(self, wish, deadline, number)
     if outcome.kind == "timeout" then made.timeouts = made.timeouts + 1 end
     if not outcome.learnt then
       local seconds, reason = retry.wait(outcome, made, deadline - machine.clock(),
-        machine.wall(), machine.random())
+        machine.random())
       if not seconds then
         local message = outcome.message .. (reason and "; " .. reason or "")
         return nil, failed(outcome, nil, message), number
@@ -159,17 +157,6 @@ local function try(self, wish, deadline, number)
       made.retries = made.retries + 1
       machine.wait(seconds)
     end
-  end
-end
-
-local function check_messages(messages)
-  local valid = type(messages) == "table" and #messages > 0
-  for _, message in ipairs(valid and messages or {}) do
-    valid = valid and type(message) == "table" and type(message.role) == "string"
-      and type(message.content) == "string"
-  end
-  if not valid then
-    engine.fail "client:ask: expected a list of messages { role = , content = }, at least one"
   end
 end
 
@@ -249,7 +236,6 @@ end
 ---@return limax.llm.answer|nil
 ---@return limax.llm.failure|nil
 function Client:ask(messages, question)
-  check_messages(messages)
   question = question or {}
   local started = self.machine.clock()
   local answer, failure, attempts =

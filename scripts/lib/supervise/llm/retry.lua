@@ -16,35 +16,15 @@ local LEAST_ATTEMPT = 1 -- with less time left an attempt could only fail
 local REPEATED = { [408] = true, [409] = true, [429] = true, resolve = true, connect = true,
   connect_timeout = true, timeout = true, reset = true, partial = true, tls = true }
 
-local MONTHS = { Jan = 1, Feb = 2, Mar = 3, Apr = 4, May = 5, Jun = 6, Jul = 7, Aug = 8, Sep = 9,
-  Oct = 10, Nov = 11, Dec = 12 }
-
--- Seconds since 1970 of a date of HTTP (RFC 9110, IMF-fixdate); nil for anything else.
-local function seconds_of_date(text)
-  local day, name, year, hours, minutes, seconds =
-    text:match "^%a+, (%d%d) (%a%a%a) (%d%d%d%d) (%d%d):(%d%d):(%d%d) GMT$"
-  local month = MONTHS[name]
-  if not month then return nil end
-  -- days of the Gregorian calendar, years beginning in March
-  if month <= 2 then year, month = year - 1, month + 12 end
-  local days = 365 * year + math.floor(year / 4) - math.floor(year / 100) + math.floor(year / 400)
-    + math.floor((153 * (month - 3) + 2) / 5) + day - 1 - 719468
-  return days * 86400 + hours * 3600 + minutes * 60 + seconds
-end
-
 -- A decimal number; not "0x10", "inf" or "nan", which tonumber would take.
 local function decimal(text)
   return text and text:find "^%s*[-+]?[%d.]+[eE]?[-+]?%d*%s*$" and tonumber(text) or nil
 end
 
--- Seconds that the server asks to wait; nil where it does not ask, or for a time that is past.
-local function asked(headers, now)
-  local milliseconds, text = decimal(headers["retry-after-ms"]), headers["retry-after"]
-  local seconds = milliseconds and milliseconds / 1000 or decimal(text)
-  if not seconds and text then
-    local date = seconds_of_date(text)
-    seconds = date and date - now
-  end
+-- Seconds that the server asks to wait; nil where it does not ask.
+local function asked(headers)
+  local milliseconds = decimal(headers["retry-after-ms"])
+  local seconds = milliseconds and milliseconds / 1000 or decimal(headers["retry-after"])
   return seconds and seconds > 0 and seconds < math.huge and seconds or nil
 end
 
@@ -61,16 +41,15 @@ end
 --- headers: table<string, string> }
 ---@param made { retries: integer, timeouts: integer } so far
 ---@param left number seconds of the budget
----@param now number seconds since 1970
 ---@param random number from 0 to 1
 ---@return number|nil seconds
 ---@return string|nil reason
-function retry.wait(outcome, made, left, now, random)
+function retry.wait(outcome, made, left, random)
   if not is_repeated(outcome) then return nil end
   if made.retries == MOST then return nil, ("%d attempts failed"):format(MOST + 1) end
   -- each takes the whole time limit of an attempt
   if made.timeouts == 2 then return nil, "two attempts timed out" end
-  local seconds = asked(outcome.headers, now)
+  local seconds = asked(outcome.headers)
     or FIRST * 2 ^ made.retries * (1 - SHORTENED * random)
   if seconds > LONGEST_ASKED then
     return nil, ("the server asks to wait %.0f s, more than %d"):format(seconds, LONGEST_ASKED)

@@ -1,7 +1,6 @@
 --- supervisor.lua: a repetition that a language model supervises. Before each generation it asks
 --- the model, asks once more with what was wrong, then the fallback, and else changes nothing.
---- Nothing here ends the run, and every decision is a line of the transcript from which a resumed
---- run can repeat it.
+--- Every decision is a line of the transcript, from which a resumed run can repeat it.
 
 local client = require "limax.supervise.llm.client"
 local defaults = require "limax.settings.defaults"
@@ -230,26 +229,18 @@ function Session:project()
     :format(seconds, duration(each), answers, all))
 end
 
-function Session:unwritable()
-  return "the transcript cannot be written: " .. self.transcript.problem
-end
-
 -- The outcome of this generation: source, proposal, reason.
 function Session:decide_now(step)
   local every = self.options.ask_every
   if (step.generation - 1) % every ~= 0 then
     return { source = "held", reason = ("the model is asked every %d generations"):format(every) }
   end
-  local ok, parsed, why, rejected = true, nil, nil, nil
-  if self.transcript:write() then
-    ok, parsed, why, rejected = failure.attempt(self.consult, self, step.history)
-  end
+  local ok, parsed, why, rejected = failure.attempt(self.consult, self, step.history)
   if not ok then
     if failure.of_machine(parsed) then error(parsed, 0) end
     -- most likely a client of the experiment's own
     parsed, why, rejected = nil, "asking failed: " .. text.line(failure.bare(parsed), 200), nil
   end
-  if self.transcript.problem then return self:fall_back(step, self:unwritable()) end
   if not parsed then return self:fall_back(step, why, rejected) end
   self:compare(parsed.proposal)
   self:project()
@@ -276,28 +267,6 @@ function Session:sum(field)
   return total
 end
 
--- Records an outcome and applies it. An answer that cannot be recorded is not used.
-function Session:record_outcome(step, line, began)
-  local run = self.run
-  local parameters, fields, record = supervisor.apply(line, step.judge)
-  line.fields, line.seconds = record.entries, host.clock() - began
-  if not self.transcript:outcome(run.repetition, step.generation, line) then
-    local why = self:unwritable()
-    run:say(("before generation %d %s; the model's answers are not used until it can")
-      :format(step.generation, why), why)
-    if line.source == "model" then
-      line.source, line.why, line.proposal, line.reason = "keep", why, nil, "kept: " .. why
-      parameters, fields, record = supervisor.apply(line, step.judge)
-      line.fields = record.entries
-    end
-    self.transcript:keep(line)
-  end
-  -- printed once per cause; causes that differ only in a number are one
-  if line.why then run:say(("before generation %d the model was not used: %s")
-    :format(step.generation, line.why), "not used: " .. line.why:gsub("%d+", "#")) end
-  return parameters, fields, record
-end
-
 --- Decides about a generation.
 ---@return table parameters
 ---@return table fields of materials
@@ -321,7 +290,14 @@ function Session:decide(step)
   local line = self:decide_now(step)
   line.supervisor, line.asks = "llm", host.json.array(self.notes)
   line.unchanged, line.answer_sha256, line.client = self.unchanged, self.same, self.client:state()
-  local parameters, fields, record = self:record_outcome(step, line, began)
+  local parameters, fields, record = supervisor.apply(line, step.judge)
+  line.fields, line.seconds = record.entries, host.clock() - began
+  self.transcript:outcome(self.run.repetition, step.generation, line)
+  -- printed once per cause; causes that differ only in a number are one
+  if line.why then
+    self.run:say(("before generation %d the model was not used: %s"):format(step.generation,
+      line.why), "not used: " .. line.why:gsub("%d+", "#"))
+  end
   return parameters, fields, record, { model_seconds = self:sum "seconds" or 0, asks = #self.notes,
     attempts = self:sum "attempts", input_tokens = self:sum "input_tokens",
     output_tokens = self:sum "output_tokens", cost = self:sum "cost",

@@ -1,6 +1,5 @@
 --- transcript.lua: transcript.jsonl, which keeps every exchange with a model: a line per attempt,
---- on disk before its answer is read, and a line per generation with the decision. A line that
---- cannot be written is kept and tried again; until then no answer counts.
+--- on disk before its answer is read, and a line per generation with the decision.
 
 local failure = require "limax.base.failure"
 local host = require "limax.host"
@@ -85,15 +84,14 @@ end
 ---@class limax.llm.transcript
 ---@field path string|nil nil: a run without a folder, which keeps nothing
 ---@field recorded limax.llm.recorded|nil of a run that is resumed
----@field waiting string lines that could not be written
----@field problem string|nil why they could not
+---@field attempts table<string, integer> "repetition:generation" -> number of attempts
 local Transcript = {}
 Transcript.__index = Transcript
 
 --- Opens the transcript of a run folder at its end, without an incomplete last line.
 ---@param folder limax.run_folder|nil
 function transcript.open(folder)
-  local self = setmetatable({ waiting = "", attempts = {} }, Transcript)
+  local self = setmetatable({ attempts = {} }, Transcript)
   if not folder then return self end
   self.path = folder.path .. "/" .. transcript.FILE
   local text = source.read(self.path)
@@ -109,42 +107,26 @@ function transcript.open(folder)
   return self
 end
 
-local function encoded(line) return sealed.add(host.json.encode(line) .. "\n") end
-
---- Writes the lines that wait, and this one. False if they cannot be written: `problem` is the
---- reason, and `line` is not kept.
----@param line? table
-function Transcript:write(line)
-  if not self.path then return true end
-  local text = self.waiting .. (line and encoded(line) or "")
-  if text == "" then return true end
-  local ok, message = host.file.append(self.path, text)
-  self.problem = not ok and message or nil
-  if ok then self.waiting = "" end
-  return ok
-end
-
---- Keeps a line that could not be written.
-function Transcript:keep(line) self.waiting = self.waiting .. encoded(line) end
-
-local function complete(line, kind, repetition, generation)
+-- Raises if it cannot be written, as other lines of a run do: a resume asks again.
+function Transcript:write(line, kind, repetition, generation)
+  if not self.path then return end
   line.schema, line.kind, line.repetition, line.generation = SCHEMA, kind, repetition, generation
+  local ok, message = host.file.append(self.path, sealed.add(host.json.encode(line) .. "\n"))
+  if not ok then failure.raise_machine("disk", message) end
 end
 
---- Adds an attempt, on disk if there is no `problem` then.
+--- Adds an attempt.
 ---@param line table the client's record and its request
 function Transcript:attempt(repetition, generation, line)
   local key = key_of(repetition, generation)
   self.attempts[key] = (self.attempts[key] or 0) + 1
   line.attempt = self.attempts[key]
-  complete(line, "attempt", repetition, generation)
-  if not self:write(line) then self:keep(line) end
+  self:write(line, "attempt", repetition, generation)
 end
 
---- Adds the outcome of a generation. False if it cannot be written, and is not kept.
+--- Adds the outcome of a generation.
 function Transcript:outcome(repetition, generation, line)
-  complete(line, "outcome", repetition, generation)
-  return self:write(line)
+  self:write(line, "outcome", repetition, generation)
 end
 
 return transcript
