@@ -11,7 +11,7 @@ trap 'rm -rf "$folder"' EXIT
 # the report shows the run's path
 cd "$folder"
 "$build/limax" run "$root/scripts/experiments/walk.lua" --quiet --out walker
-"$build/limax" picture walker --view iso --width 1000 --out "$root/scripts/walker.svg"
+"$build/limax" picture walker --view iso --width 1000 --out "$root/scripts/walker.png"
 "$build/limax" report walker --out report.html
 chromium --headless --no-sandbox --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader \
     --disable-background-networking --disable-component-update --disable-sync --no-first-run --hide-scrollbars \

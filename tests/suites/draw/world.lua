@@ -5,7 +5,6 @@ local host = require "limax.host"
 local limax = require "limax"
 local motion = require "limax.draw.motion"
 local painted = require "support.painted"
-local palette = require "limax.draw.palette"
 local script = require "limax.base.script"
 local stage = require "limax.draw.picture.stage"
 local view = require "limax.draw.picture.view"
@@ -85,22 +84,6 @@ suite:test("boxes and ridges hide a robot behind them and not one in front", { l
     end
   end)
 
-suite:test("what is behind a robot covers no pixel of it", { limit = 20 }, function(t)
-  local body, _, frame = seen(limax.scenes.land())
-  local share = body / frame.scale ^ 2
-  for name, scene in pairs {
-    steps = limax.scenes.land { ground = { height = -0.1 },
-      boxes = { from = { -2, -2, -0.1 }, to = { 2, 2, 0 } } },
-    terrain = field(function() return 0 end),
-    wall = limax.scenes.land { planes = { normal = { 0, -1, 0 }, offset = -0.22 } },
-  } do
-    local pixels, _, its = seen(scene, 600)
-    -- lines between faces take more pixels of a smaller picture
-    t:near(pixels / its.scale ^ 2, share, { rtol = 0.1 })
-    t:ok(its.scale > 0, name)
-  end
-end)
-
 suite:test("a slope is seen as one: up is against gravity", function(t)
   local film = motion.of(painted.walked_in(limax.scenes.slope { angle = math.rad(10) }), { 0 })
   t:equal(world.words(film.world), "ground with a slope of 10 degrees")
@@ -122,23 +105,6 @@ suite:test("a simulation in progress is drawn as it is, with its block", functio
   local before = block_now()
   moving:go(0.1)
   t:ok(block_now() > before + 0.02, "the block has moved")
-end)
-
-suite:test("the paper's materials differ in grey", function(t)
-  local list = limax.robot { voxels = painted.VOXELS }.materials:table().materials
-  local colors, greys = palette.of(list), {}
-  for _, material in ipairs(list) do
-    if material.kind ~= "empty" then
-      local value = tonumber(colors[material.letter].hex:sub(2), 16)
-      -- luma of ITU-R BT.601
-      greys[#greys + 1] = 0.299 * math.floor(value / 65536)
-        + 0.587 * (math.floor(value / 256) % 256) + 0.114 * (value % 256)
-    end
-  end
-  table.sort(greys)
-  for k = 2, #greys do
-    t:ok(greys[k] - greys[k - 1] > 25, ("%.0f and %.0f of 255"):format(greys[k - 1], greys[k]))
-  end
 end)
 
 suite:test("the film strip names what is there", function(t)

@@ -8,7 +8,6 @@ local host = require "limax.host"
 local measures = require "limax.tools.compare.measures"
 local limax = require "limax"
 local outcome = require "limax.tools.compare.outcome"
-local palette = require "limax.draw.palette"
 local process = require "support.process"
 local runs = require "limax.tools.compare.runs"
 local source = require "limax.base.source"
@@ -63,16 +62,6 @@ suite:test("runs become arms, pairs and a table in every form", function(t)
     done = process.ends(base, { "compare", base .. "/fixed1", bad[1], bad[2] })
     t:equal(done.status, 2)
     contains(t, done.stderr, bad[3])
-  end
-end)
-
-suite:test("twenty lines of a chart differ in colour or dash", function(t)
-  local seen = {}
-  for k = 1, 20 do
-    local hex, dash = palette.line(k)
-    local look = hex .. (dash and dash[1] or "")
-    t:ok(not seen[look], ("line %d"):format(k))
-    seen[look] = true
   end
 end)
 

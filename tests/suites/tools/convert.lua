@@ -197,24 +197,16 @@ suite:test("a bad .vxa is refused with its file and field", { limit = 20 }, func
     refused(t, folder, { "bad.vxa", "out.json" }, "limax: bad.vxa: ", ...)
   end
   bad("1120", "1130", "Structure.Data: layer 1, voxel 3 is 3; expected 0 (empty) to 2")
-  bad("1120", "112", "layer 1 has 3 numbers; X_Voxels times Y_Voxels is 4")
   bad("<Z_Voxels>1", "<Z_Voxels>2", "Structure.Data has 1 layers; Z_Voxels is 2")
-  bad("<X_Voxels>2", "<X_Voxels>2.5", "2.5 voxels along x; expected a whole number from 1")
   bad("<X_Voxels>2", "<X_Voxels>1e9", "at most 1000000 are read")
-  bad("<X_Voxels>2", "<X_Voxels>nan", 'X_Voxels is "nan"; expected a number')
   bad("<X_Voxels>2", "<X_Voxels>\27[2J", 'X_Voxels is "\\27[2J"; expected a number')
   bad("ASCII_READABLE", "ZLIB", 'Compression is "ZLIB"; expected "ASCII_READABLE"')
   bad("5e%+6", "5e+16", 'material 2 "Active": stiffness is 1.85185', "1 to 10000000 N/m")
-  bad("<CTE>0.01", "<CTE>1", "amplitude is 14; it must be 0 to 0.95")
   bad("0.25, %-0.25", "0.25, x", 'layer 1 holds "x"; expected numbers')
-  bad("<TempPeriod>0.25", "<TempPeriod>0", "TempPeriod is 0; expected more than 0 s")
-  bad("<Lattice_Dim>0.01", "<Lattice_Dim>0", "Lattice_Dim is 0; expected 1e-6 to 1000 m")
   bad("<uStatic>1", "<uStatic>-1", "scene.friction.static is -1; it must be 0 to 1000")
-  bad("</VXC>", "", "not XML")
   bad("1120", "0000", "the body is empty")
   bad('%?>', '?>\n<!DOCTYPE VXA [<!ENTITY a "b">]>', "declares a document type, which is refused")
   bad("<VXA .*", ("<a>"):rep(200000) .. ("</a>"):rep(200000), "nested deeper than 64")
-  bad("<VXA .*", "<VXA>" .. ("<a/>"):rep(2000000) .. "</VXA>", "more than 100000 elements")
   local file = assert(io.open(folder .. "/large.vxa", "wb"))
   file:seek("set", 2 ^ 28)
   file:write "x"
@@ -259,45 +251,24 @@ suite:test("bad arrays are refused", { limit = 60 }, function(t)
   python(t, folder, { "numpy" }, [==[
 import numpy, zipfile
 numpy.save("objects.npy", numpy.array([{"a": 1}], dtype=object), allow_pickle=True)
-numpy.save("records.npy", numpy.array([(1, 2)], dtype=[("a", "i4"), ("b", "i4")]))
-numpy.save("flat.npy", numpy.array([1, 2]))
 numpy.save("kind.npy", numpy.array([[1, 7]]))
-numpy.save("nan.npy", numpy.array([[numpy.nan, 1]]))
 numpy.save("big.npy", numpy.array([[1, 2]], dtype=">i4"))
-numpy.save("fortran.npy", numpy.asfortranarray(numpy.ones((2, 2))))
-numpy.save("empty.npy", numpy.zeros((0, 3)))
-numpy.save("wide.npy", numpy.ones((2, 1000000), dtype="int8"))
 numpy.savez("none.npz", other=numpy.array([[1]]))
 good = open("kind.npy", "rb").read()
 open("cut.npy", "wb").write(good[:-3])
-open("short.npy", "wb").write(good[:20])
 open("promise.npy", "wb").write(good.replace(b"(1, 2), }        ", b"(99999, 99999), }"))
 with zipfile.ZipFile("bomb.npz", "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
     for k in range(3): archive.writestr("arr_%d.npy" % k, bytes(100 << 20))
-with zipfile.ZipFile("up.npz", "w") as archive: archive.writestr("a/../../arr_0.npy", good)
-with zipfile.ZipFile("damaged.npz", "w") as archive: archive.writestr("arr_0.npy", good)
-whole = bytearray(open("damaged.npz", "rb").read())
-whole[150] ^= 255
-open("damaged.npz", "wb").write(whole)
 open("text.npz", "w").write("no archive")
 ]==])
   for _, each in ipairs {
     { "objects.npy", "expected bool, int, uint or float" },
-    { "records.npy", "elements of type" },
-    { "flat.npy", "has 1 dimensions; expected 2, rows and columns" },
     { "kind.npy", "row 1, column 2 is 7; expected a whole number from 0 to 5" },
-    { "nan.npy", "row 1, column 1 is nan" },
     { "big.npy", 'elements of type ">i4"' },
-    { "fortran.npy", "is not in C (row-major) order" },
-    { "empty.npy", "0 voxels along z; expected a whole number from 1" },
-    { "wide.npy", "at most 1000000 are read" },
     { "none.npz", 'has no array "body", "structure" or "arr_0"' },
     { "cut.npy", "holds 13 bytes; its header states 2 numbers" },
-    { "short.npy", "elements of type" },
     { "promise.npy", "its header states 9.9998e+09 numbers" },
     { "bomb.npz", "more than 268435456 bytes when unpacked" },
-    { "up.npz", "an entry names a place outside of the archive" },
-    { "damaged.npz", "an entry is damaged" },
     { "text.npz", "Not a zip archive" },
   } do
     refused(t, folder, { each[1], "out.json" }, "limax: " .. each[1] .. ": ", each[2])
@@ -316,9 +287,6 @@ suite:test("bad worlds of EvoGym are refused with the field", function(t)
   end
   bad("0", object("0", "1"), "grid_width: expected a whole number from 1 to 1000000")
   bad("2", object("4", "1"), "objects.r.indices[1]: expected a whole number from 0 to 3")
-  bad("2", object("1", "6"), "objects.r.types[1]: expected a whole number from 0 to 5")
-  bad("2", object("1, 1", "1, 2"), "objects.r: index 1 occurs twice")
-  bad("2", object("1, 2", "1"), "expected lists indices and types of the same length")
   bad("2", '{"a": 1, "b": 2}', "objects has 2 entries")
 end)
 
@@ -345,18 +313,13 @@ suite:test("unknown endings, missing files and options that do not apply are ref
   write(folder .. "/odd.json", '{"schema": "limax.robot/1"}')
   for _, each in ipairs {
     { { "robot.json", "robot.slt" }, 'names no format; did you mean ".stl"?' },
-    { { "robot.txt", "robot.stl" }, "robot.txt: its ending names no format" },
-    { { "gone.json", "robot.stl" }, "gone.json: No such file" },
     { { "odd.json", "robot.stl" }, "odd.json: robot.", "is missing" },
     { { "scene.json", "r.stl" }, 'scene.json: robot.scene.gravty: unknown field' },
     { { "time.json", "r.stl" }, "time.json: robot.simulation.duration: expected", "got -1" },
-    { { "robot.json", "r.csv" }, "robot.json: is not a run folder, which a .csv needs" },
     { { "robot.json", "r.vtu", "--edge", "8" }, "--edge is for a .stl, .obj or .3mf" },
-    { { "robot.json", "r.stl", "--record", "position=50" }, "--record is for a .pvd or .npz" },
     { { "robot.json", "r.stl", "--generation", "3" }, "--generation is for the champion of a run" },
     { { "robot.json", "r.vxd", "--base", "b.vxa" }, "--base is for a robot from a .vxd" },
     { { "robot.json", "r.npz", "--record", "postion=20" }, 'did you mean "position"?' },
-    { { "robot.json", "r.npz", "--record", "position=0.5" }, "position", "got 0.5" },
     { { "robot.json", "r.pvd", "--record", "energy=20" }, "needs position=HZ" },
   } do
     refused(t, folder, unpack(each))

@@ -290,15 +290,6 @@ suite:test("a run folder is read as its champion", function(t)
   refused(t, folder, { "run", "x.stl", "--repetition", "3" }, "repetition 3 has no champion")
 end)
 
-suite:test("a run without a generation is refused", function(t)
-  local folder = run(t)
-  for _, name in ipairs { "metrics", "ledger", "timing", "hashes" } do
-    write(("%s/run/%s.jsonl"):format(folder, name), "")
-  end
-  t:ok(host.file.remove(folder .. "/run/checkpoint"))
-  refused(t, folder, { "run", "b.tensorboard" }, "run: no generation has been scored yet")
-end)
-
 -- ---- losses -------------------------------------------------------------------------------------
 
 suite:test("every format lists what it loses of a simulated robot", function(t)

@@ -145,21 +145,6 @@ suite:test("a long history is shortened to its newest entries", function(t)
   t:equal(kept:match "([^\n]*)\n$", [["a\\nb"]])
 end)
 
-suite:test("a history that cannot be written or read is reported once", function(t)
-  for _, spoil in ipairs {
-    function(folder) process.write(folder .. "/state", "a file where a folder should be") end,
-    function(folder) host.file.mkdir(folder .. "/state/limax/history") end,
-  } do
-    local folder = t:folder()
-    spoil(folder)
-    local done = typed.run(t, { prompt, line "1", line "2", leave }, { folder = folder })
-    local screen = table.concat(done.steps[1].lines, "\n")
-    t:ok(screen:match "\nlimax: the history is not saved: ", screen)
-    t:equal(done.steps[2].lines, { "> 1", "1", ">" })
-    t:equal(done.steps[3].lines, { "> 2", "2", ">" })
-  end
-end)
-
 suite:test("without libedit lines cannot be edited", function(t)
   if host.line_editor then t:skip "built with libedit" end
   local done = typed.run(t, { prompt, line "1 + 1", leave })

@@ -4,7 +4,6 @@
 local evolution = require "support.evolution"
 local host = require "limax.host"
 local limax = require "limax"
-local parameters = require "limax.tools.report.parameters"
 local process = require "support.process"
 local run_files = require "limax.settings.run_files"
 local source = require "limax.base.source"
@@ -246,24 +245,6 @@ suite:test("HTML in a name, reason or note is shown as text", { limit = 20 }, fu
   end
 end)
 
-suite:test("who set a value is read from the ledger", function(t)
-  local function who(supervisor, line, entry)
-    local name, bound = parameters.setter({ supervisor = supervisor }, line, entry)
-    return { name or "nobody", bound }
-  end
-  local accepted, kept = { outcome = "accepted", applied = 1 }, { outcome = "kept", applied = 1 }
-  local clamped = { outcome = "clamped", applied = 1 }
-  t:equal(who({ name = "llm" }, { supervisor = "llm", source = "model" }, accepted),
-    { "model", false })
-  t:equal(who({ name = "llm" }, { supervisor = "llm", source = "rules" }, clamped),
-    { "rules", true })
-  t:equal(who("rules", { supervisor = "rules" }, accepted), { "rules", false })
-  t:equal(who({ name = "replay" }, { supervisor = "llm", source = "model" }, accepted),
-    { "replayed", false })
-  t:equal(who("random", { supervisor = "random" }, clamped), { "other", true })
-  t:equal(who("random", { supervisor = "random" }, kept), { "nobody", false })
-end)
-
 suite:test("a model's run and its replay: who set what, the cost, its answers as text",
   { limit = 30 }, function(t)
     local evil = "<script>alert(1)</script>"
@@ -306,20 +287,6 @@ suite:test("a run in progress is reported and listed", { limit = 20 }, function(
   local done = process.completes(t, base, { "list" })
   t:ok(done.stdout:find "runs/half +running +random +1 +1 +2/3 ", done.stdout)
   t:ok(done.stdout:find "runs/whole +done +fixed +7 +1 +3/3 ", done.stdout)
-end)
-
-suite:test("deflate, PNG and GIF write valid files", function(t)
-  local text = ("limax "):rep(100)
-  local packed = host.deflate(text)
-  t:ok(#packed < 40 and packed:byte(1) == 0x78)
-  local png = host.image.png(2, 1, "\255\0\0\255\0\0\0\0", 300)
-  t:equal(png:sub(1, 8), "\137PNG\r\n\26\n")
-  t:raises("expected 2 x 2 pixels", function() host.image.png(2, 2, "short") end)
-  for _, dpi in ipairs { -1, 1e300, 0 / 0 } do
-    t:raises("0 to 1000000 dots per inch", function() host.image.png(1, 1, "rgba", dpi) end)
-  end
-  local gif = host.image.gif(1, 1, { "\255\0\0\255", "\0\0\255\255" }, 4)
-  t:ok(gif:sub(1, 6) == "GIF89a" and gif:byte(-1) == 0x3b and gif:find("NETSCAPE2.0", 1, true))
 end)
 
 suite:test("a folder that is not a run is refused with its name", function(t)

@@ -4,7 +4,6 @@
 local host = require "limax.host"
 local passes = require "limax.tools.console.passes"
 local process = require "support.process"
-local progress = require "limax.tools.console.progress"
 local tally = require "limax.tools.console.tally"
 
 local suite = require("limax.test").suite "limax run"
@@ -127,25 +126,6 @@ suite:test("the text of a tally", function(t)
   })
   t:equal(last(), "3 of 4 robots failed: 2 by fitness (first: the fitness returned nan), "
     .. "1 invalid (no muscle).")
-end)
-
-suite:test("the bar has the colours of the standard error", function(t)
-  local before = host.terminal
-  local function drawn(facts)
-    host.terminal = function() return facts end
-    local text = ""
-    local fine, message = pcall(function()
-      progress.new({ total = 2, repetitions = 1,
-        write = function(more) text = text .. more end }):draw()
-    end)
-    host.terminal = before
-    t:ok(fine, message)
-    return text:find("\27[38;5;34m", 1, true) ~= nil
-  end
-  local facts = { stdout = false, stderr = true, color = false, color_stderr = true, columns = 120 }
-  t:equal(drawn(facts), true)
-  facts = { stdout = true, stderr = true, color = true, color_stderr = false, columns = 120 }
-  t:equal(drawn(facts), false)
 end)
 
 suite:test("slower passes than the processor has are reported", function(t)

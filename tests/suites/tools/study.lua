@@ -212,31 +212,6 @@ suite:test("unnamed: names are sent as letters and translated back", function(t)
     '{"mutation_rate": 0.2, "elite_fraction" :0.1, "reason": "A is \\"B\\" now"}')
 end)
 
-suite:test("a dead endpoint gets three questions, then one probe per run", { limit = 300 },
-  function(t)
-  local server, base = faulty_server.open(t), t:folder()
-  assert(host.file.write_atomic(base .. "/tiny.lua", SMALLEST))
-  local done = process.completes(t, base, { "tiny.lua", "--out", "dead", "--device", "cpu",
-    "--arms", "fixed,llm,llm_paper" }, { before =
-    "LIMAX_LLM_MODEL=m LIMAX_LLM_URL=http://127.0.0.1:" .. server.ports.refused })
-  local questions, probes = 0, 0
-  for _, path in ipairs { "llm/r01", "llm/r02", "llm_paper/r01", "llm_paper/r02" } do
-    for line in source.read(("%s/dead/%s/transcript.jsonl"):format(base, path)):gmatch "[^\n]+" do
-      local entry = host.json.decode(line)
-      if entry.kind == "attempt" and entry.probe then probes = probes + 1
-      elseif entry.kind == "attempt" then questions = questions + 1 end
-    end
-  end
-  -- each question has three attempts; each later run begins with a probe
-  t:equal(questions, 9)
-  t:ok(probes >= 3 and probes <= 6, probes)
-  for _, arm in ipairs { "llm", "llm_paper" } do
-    local verdict = ("no claim: the supervisor of %s failed in every generation"):format(arm)
-    t:ok(done.stdout:find(verdict, 1, true), done.stdout)
-  end
-  server:close()
-end)
-
 suite:test("arms that ask a model: their share of generations, and the history they are shown",
   { limit = 60 }, function(t)
   local server = faulty_server.open(t)

@@ -153,18 +153,6 @@ printing:test("JUnit's XML is well-formed and complete", function(t)
     { "waits", "skipped", "not today", "" } })
 end)
 
-printing:test("the slowest tests", function(t)
-  local path = trial(t, [[
-for i = 1, 11 do
-  suite:test(("waits %d"):format(i), function(t) t:ok(require("limax.host").wait(0.11) == nil) end)
-end
-suite:test("quick", function(t) t:ok(true) end)
-]])
-  local slowest = trials.run({ "test", path }):match "\nslowest:\n(.-)\n\n"
-  t:equal(select(2, slowest:gsub("[^\n]+", "")), 10)
-  t:ok(slowest:find "^ +%d%.%d s  trial: waits %d+\n", slowest)
-end)
-
 printing:test("chooses by name and tag, and lists", function(t)
   local path = trial(t, [[
 suite:test("one", { tags = "slow" }, function(t) t:ok(true) end)
@@ -195,11 +183,8 @@ printing:test("refuses options that it cannot follow", function(t)
     { "unknown option --taps", "--taps" }, { "is not a Lua pattern", "--filter=(" },
     { "--jobs: expected a whole number from 1 to 1024, got 0", "--jobs=0" },
     { "--tap and --json exclude each other", "--tap", "--json" },
-    { "--json and --json-seq exclude each other", "--json-seq", "--json" },
-    { "--one-process and --jobs exclude each other", "--one-process", "-j", "2" },
     { "--reason goes with --update-golden", "--reason=why" },
     { "--junit: cannot ", "--junit=/nowhere/results.xml", trial(t, "") },
-    { "--update-golden and --jobs exclude each other", "--update-golden", "--jobs=2" },
   } do
     local output, status = limax("test", unpack(bad, 2))
     t:equal(status, 2)
