@@ -231,10 +231,10 @@ const limax_body* limax_population_bodies(const limax_population* population);
 limax_status limax_population_read_genomes(const limax_population* population, int32_t first,
                                            int32_t count, float* out);
 
-/* The voxels of a robot as text: a letter for each, from `letters` [16] by material index, lines
- * along x, an empty line between layers, the lowest first; ends in a zero. `out` holds
- * (nx + 1) ny nz + nz characters. It does not move the population off the GPU. */
-limax_status limax_population_text(const limax_population* population, int32_t robot,
+/* The voxels of robots as texts: a letter for each, from `letters` [16] by material index, lines
+ * along x, an empty line between layers, the lowest first; each ends in a zero. `out` holds
+ * [count][(nx + 1) ny nz + nz]. It does not move the population off the GPU. */
+limax_status limax_population_text(const limax_population* population, int32_t first, int32_t count,
                                    const char* letters, char* out);
 
 /* Random genomes of a range of robots: weights N(0, 1 / fan_in) times initial_scale, biases 0;

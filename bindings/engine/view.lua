@@ -10,6 +10,7 @@
 --- writable view are a struct with all that an access needs, since scripts access millions of them.
 
 local ffi = require "ffi"
+local new_table = require "table.new"
 local fault = require "limax.engine.fault"
 local schema = require "limax.engine.schema"
 local strict = require "limax.engine.strict"
@@ -26,9 +27,10 @@ local view = {}
 -- fields of a view besides its shape
 local FIELDS = { unit = true, rate = true, samples = true, columns = true }
 
--- The form that a view shares with its parts, its first axis, the offset of its first element, and
--- its parts, which are made at the first read.
----@type table<ffi.cdata*, { form: table, axis: integer, offset: integer, parts: limax.view[]|nil }>
+-- The form that a view shares with its parts, its first axis, the offset of its first element (of
+-- the last axis of a writable view it is nil, and all rows share a state), and a list of its parts,
+-- each made at the first read.
+---@type table<ffi.cdata*, { form: table, axis: integer, offset?: integer, [integer]: limax.view }>
 local states = setmetatable({}, { __mode = "k" })
 local class, methods = {}, strict.methods "view"
 local new_view, new_cells
@@ -113,20 +115,33 @@ end
 
 -- ---- a view -------------------------------------------------------------------------------------
 
+-- Has a view parts that are views, and not rows or numbers?
+local function has_parts(form, axis)
+  local left = #form.shape - axis
+  return left > 1 or left == 1 and form.range ~= nil
+end
+
 local function part(form, axis, offset)
-  local self = form.range and axis == #form.shape and new_cells(form, offset) or new_view()
-  states[self] = { form = form, axis = axis, offset = offset }
+  local self
+  if form.range and axis == #form.shape then
+    self = new_cells(form, offset)
+    form.of_cells = form.of_cells or { form = form, axis = axis }
+    states[self] = form.of_cells
+  else
+    self = new_view()
+    local state = new_table(has_parts(form, axis) and form.shape[axis] or 0, 3)
+    state.form, state.axis, state.offset = form, axis, offset
+    states[self] = state
+  end
   return self
 end
 
--- All parts at once, kept, so that loops over `view[i][j][k]` make them only once.
-local function parts_of(state)
-  local form, parts = state.form, {}
-  for i = 1, form.shape[state.axis] do
-    parts[i] = part(form, state.axis + 1, state.offset + (i - 1) * form.strides[state.axis])
-  end
-  state.parts = parts
-  return parts
+-- Part i, kept, so that loops over `view[i][j][k]` make it only once.
+local function part_of(state, i)
+  local form, axis = state.form, state.axis
+  local made = part(form, axis + 1, state.offset + (i - 1) * form.strides[axis])
+  state[i] = made
+  return made
 end
 
 local function require_valid(form)
@@ -149,11 +164,10 @@ function class:__index(key)
   local form, axis = state.form, state.axis
   if not is_index(key, form.shape[axis]) then return field_of(state, key) end
   if form.life.stamp[0] ~= form.stamp then require_valid(form) end
-  local left = #form.shape - axis
   -- a row of a writable view is a view, not a copy
-  if left > 1 or left == 1 and form.range then return (state.parts or parts_of(state))[key] end
+  if has_parts(form, axis) then return state[key] or part_of(state, key) end
   local offset = state.offset + (key - 1) * form.strides[axis]
-  if left == 1 then return row_of(form, offset) end
+  if axis < #form.shape then return row_of(form, offset) end
   return form.data[offset]
 end
 
@@ -267,9 +281,10 @@ function view.memory(value)
   return type(owner) == "cdata" and owner or nil
 end
 
--- The state of the view whose method is called.
+-- The state of the view whose method is called, and the offset of its first element.
 local function state_of(name, value)
-  return states[value] or schema.refuse("view:" .. name, "a view", value)
+  local state = states[value] or schema.refuse("view:" .. name, "a view", value)
+  return state, state.offset or value.data_ - state.form.data
 end
 
 --- Length along an axis; `#view` is that of the first.
@@ -284,7 +299,7 @@ end
 --- A view of the same shape over its own memory, which stays valid.
 ---@return limax.view
 function methods:copy()
-  local state = state_of("copy", self)
+  local state, first = state_of("copy", self)
   local form, shape = state.form, tail(state.form.shape, state.axis)
   require_valid(form)
   local count, place = 1, 0
@@ -301,7 +316,7 @@ function methods:copy()
       end
     end
   end
-  walk(state.axis, state.offset)
+  walk(state.axis, first)
   return view.new(buffer, form.what, form.element, buffer, shape,
     { fields = state.axis == 1 and form.fields or nil })
 end
@@ -309,7 +324,7 @@ end
 --- The numbers as nested Lua lists.
 ---@return table
 function methods:table()
-  local state = state_of("table", self)
+  local state, first = state_of("table", self)
   local form = state.form
   require_valid(form)
   local shape, strides, data, axes = form.shape, form.strides, form.data, #form.shape
@@ -321,7 +336,7 @@ function methods:table()
     end
     return list
   end
-  return lists(state.axis, state.offset)
+  return lists(state.axis, first)
 end
 
 --- Pointer to the first element, without any checks: it does not keep the owner alive. The second
@@ -329,9 +344,9 @@ end
 ---@return ffi.cdata* pointer
 ---@return integer[] strides
 function methods:pointer()
-  local state = state_of("pointer", self)
+  local state, first = state_of("pointer", self)
   require_valid(state.form)
-  return state.form.data + state.offset, tail(state.form.strides, state.axis)
+  return state.form.data + first, tail(state.form.strides, state.axis)
 end
 
 return view

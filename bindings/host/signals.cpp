@@ -27,7 +27,7 @@ namespace limax::host {
 namespace {
 
 constexpr unsigned seconds_to_react = 2;
-constexpr unsigned seconds_to_report = 5;
+constexpr std::int64_t time_to_report = 5'000'000'000;  // ns
 // Ctrl-C names a function that has run for so long.
 constexpr std::int64_t long_call = 1'000'000'000;  // ns
 // Two signals this close count as one: `timeout -s INT` and some launchers signal a process and
@@ -53,6 +53,7 @@ std::atomic<const std::string*> hard_stop_message{nullptr};
 std::atomic<const std::string*> watched{nullptr};   // the user's function that runs
 std::atomic<const std::string*> reported{nullptr};  // the last one that took 5 s
 std::atomic<std::int64_t> watched_since{0};         // ns
+std::atomic<bool> armed{false};  // an alarm is set that will look at the watched function
 
 void raise_from_hook(lua_State* L, lua_Debug*) {
     if (pending) raise_interrupt(L);
@@ -114,16 +115,27 @@ void on_interrupt(int) {
     errno = errno_before;
 }
 
-// Reports a slow function once, however often it is called.
-void report_watched() {
-    if (const std::string* const name = watched; name == nullptr || reported.exchange(name) == name)
-        return;
-    write_watched("\nlimax: ", " has been running for 5 s; Ctrl-C stops the run\n");
+void arm(std::int64_t nanoseconds) {
+    armed = true;
+    alarm(static_cast<unsigned>(nanoseconds / 1'000'000'000));
+}
+
+// Reports a slow function once, however often it is called. Calls end and begin without a system
+// call: the alarm of one call serves those that follow it.
+void look_at_watched() {
+    armed = false;
+    const std::string* const name = watched;
+    if (name == nullptr) return;
+    const std::int64_t left = watched_since + time_to_report - monotonic_nanoseconds();
+    if (left > 0)
+        arm(left + 999'999'999);
+    else if (reported.exchange(name) != name)
+        write_watched("\nlimax: ", " has been running for 5 s; Ctrl-C stops the run\n");
 }
 
 void on_alarm(int) {
     if (!pending) {
-        report_watched();
+        look_at_watched();
         return;
     }
     static const char text[] =
@@ -177,11 +189,11 @@ int lua_watch(lua_State* L) {
     const std::string* const before = watched;
     const std::string* const now =
         lua_isnoneornil(L, 1) ? nullptr : &*names.insert(std::string(text_argument(L, 1))).first;
-    {
+    watched_since = monotonic_nanoseconds();
+    watched = now;
+    if (now != nullptr && !armed) {
         const without_interrupts blocked;
-        watched = now;
-        watched_since = monotonic_nanoseconds();
-        if (!pending) alarm(now != nullptr ? seconds_to_report : 0);
+        if (!pending) arm(time_to_report);
     }
     if (before == nullptr) return 0;
     return push(L, *before);
@@ -193,6 +205,8 @@ void handle(int signal, void (*handler)(int)) {
     struct sigaction action {};
     action.sa_handler = handler;
     sigemptyset(&action.sa_mask);
+    // Ctrl-C sets an alarm of its own, which no other may replace
+    if (signal == SIGALRM) sigaddset(&action.sa_mask, SIGINT);
     // no SA_RESTART for Ctrl-C: a read that waits for input must return to Lua
     action.sa_flags = signal == SIGALRM ? SA_RESTART : 0;
     if (sigaction(signal, &action, nullptr) != 0)
@@ -224,6 +238,7 @@ void acknowledge_interrupt() {
     if (lua_State* const L = state) lua_sethook(L, nullptr, 0, 0);
     limax_interrupt_clear();
     alarm(0);
+    armed = false;
     watched = nullptr;
     pending = false;
 }

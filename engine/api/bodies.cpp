@@ -139,11 +139,11 @@ limax_status limax_population_read_genomes(const limax_population* population, i
         population->it.read_genomes(first, count, out);
     });
 }
-limax_status limax_population_text(const limax_population* population, int32_t robot,
+limax_status limax_population_text(const limax_population* population, int32_t first, int32_t count,
                                    const char* letters, char* out) {
     return change(population, "population", [&] {
         require("letters, out", letters, out);
-        population->it.write_text(robot, letters, out);
+        population->it.write_text(first, count, letters, out);
     });
 }
 limax_status limax_population_initialize(limax_population* population, uint32_t generation,

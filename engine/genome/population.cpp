@@ -173,19 +173,21 @@ void population::forget(int32_t first, int32_t count) {
         bodies_[std::size_t(robot)] = limax_body{};
 }
 
-void population::write_text(int32_t robot, const char* letters, char* out) const {
-    require_robots(robot, 1);
-    const uint8_t* voxel = voxels() + robot * grid_.voxels();
-    for (int z = 0; z < grid_.nz; ++z) {
-        for (int y = 0; y < grid_.ny; ++y) {
-            for (int x = 0; x < grid_.nx; ++x)
-                *out++ = letters[*voxel++ & (LIMAX_MAX_MATERIALS - 1)];
+void population::write_text(int32_t first, int32_t count, const char* letters, char* out) const {
+    require_robots(first, count);
+    const uint8_t* voxel = voxels() + std::size_t(first) * std::size_t(grid_.voxels());
+    for (int32_t robot = 0; robot < count; ++robot) {
+        for (int z = 0; z < grid_.nz; ++z) {
+            for (int y = 0; y < grid_.ny; ++y) {
+                for (int x = 0; x < grid_.nx; ++x)
+                    *out++ = letters[*voxel++ & (LIMAX_MAX_MATERIALS - 1)];
+                *out++ = '\n';
+            }
             *out++ = '\n';
         }
-        *out++ = '\n';
+        // no line ends after the last layer
+        out[-2] = 0;
     }
-    // no line ends after the last layer
-    out[-2] = 0;
 }
 
 void population::initialize(uint32_t generation, int32_t first, int32_t count,

@@ -58,9 +58,8 @@ public:
 
     // What follows runs where the arrays are stored; `each` and `pass` are for the host.
 
-    // The voxels of one robot: a letter for each, from `letters` [LIMAX_MAX_MATERIALS], lines along
-    // x, an empty line between layers; ends in a zero. `out` holds (nx + 1) ny nz + nz characters.
-    void write_text(int32_t robot, const char* letters, char* out) const;
+    // As limax_population_text.
+    void write_text(int32_t first, int32_t count, const char* letters, char* out) const;
 
     // Random genomes, new ones for each generation. Bodies of these robots become unknown.
     void initialize(uint32_t generation, int32_t first, int32_t count, const parallel_for& each);

@@ -147,11 +147,8 @@ end
 ---@param records table[] with id, generation, parents and origin, or whole ones of elites
 ---@return table[] records
 function population.add_bodies(engine_population, materials, records)
-  local facts = body.facts(materials)
-  for i, record in ipairs(records) do
-    record.schema = "limax.population/1"
-    record.body = record.body or body.record(engine_population, i, materials, facts)
-  end
+  body.add_records(engine_population, materials, records)
+  for _, record in ipairs(records) do record.schema = "limax.population/1" end
   return records
 end
 

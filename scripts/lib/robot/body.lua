@@ -188,20 +188,33 @@ end
 ---@field counts table<string, integer> voxels of each material, empty ones included
 ---@field mass number kg
 
+local function record_of(population, i, letters, facts)
+  local shape = population:body(i, facts.names)
+  return { letters = letters, hash = shape.hash, voxels = shape.voxels, masses = shape.masses,
+    springs = shape.springs, size = shape.size, counts = shape.counts,
+    mass = mass_of(population, i, shape.masses, facts) }
+end
+
 --- What a record keeps of one robot's body.
 ---@param population limax.population
 ---@param i integer
 ---@param materials limax.materials
----@param facts table|nil body.facts(materials), for many robots
 ---@return limax.body.record
-function body.record(population, i, materials, facts)
-  facts = facts or body.facts(materials)
-  local shape, counts = population:body(i), {}
-  for m, name in ipairs(facts.names) do counts[name] = shape.counts[m] end
-  return { letters = population:text(i, facts.letters), hash = shape.hash,
-    voxels = shape.voxels, masses = shape.masses, springs = shape.springs,
-    size = { shape.size[1], shape.size[2], shape.size[3] }, counts = counts,
-    mass = mass_of(population, i, shape.masses, facts) }
+function body.record(population, i, materials)
+  local facts = body.facts(materials)
+  return record_of(population, i, population:text(i, facts.letters), facts)
+end
+
+--- Adds the bodies of all robots to records that have none yet.
+---@param population limax.population
+---@param materials limax.materials
+---@param records table[]
+function body.add_records(population, materials, records)
+  local facts = body.facts(materials)
+  local texts = population:text(nil, facts.letters)
+  for i, record in ipairs(records) do
+    record.body = record.body or record_of(population, i, texts[i], facts)
+  end
 end
 
 -- ---- what a script sees -------------------------------------------------------------------------
