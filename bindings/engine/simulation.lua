@@ -11,6 +11,7 @@ local fields = require "limax.engine.fields"
 local materials = require "limax.engine.materials"
 local names = require "limax.engine.names"
 local object = require "limax.engine.object"
+local outcome = require "limax.engine.outcome"
 local population = require "limax.engine.population"
 local scene = require "limax.engine.scene"
 local schema = require "limax.engine.schema"
@@ -189,71 +190,12 @@ function methods:describe()
   return abi.description(out[0], "simulation")
 end
 
----@class limax.outcome
----@field status "skipped"|"running"|"done"|"invalid"|"diverged"
----@field reason string|nil "no voxel", "no muscle"; "nonfinite", "speed", "stretch"
----@field step integer steps done since the start of settling
----@field steps integer steps in all
----@field time number s since t = 0, negative while settling
----@field time_step number s
----@field time_step_bound number s
----@field masses integer
----@field springs integer
----@field coarse boolean a mass was seen to move farther than a tenth of an edge in one step
----@field mass number kg
----@field center_start number[] centre of mass at t = 0, m
----@field center_middle number[] after half of the steps from t = 0
----@field center_end number[] at the end
----@field path_length number|nil m; this and the following: nil where their trace is not recorded
----@field height number|nil m
----@field contact number|nil 1
----@field kinetic number|nil J
----@field elastic number|nil J
----@field muscle_work number|nil J
----@field strain number|nil 1
----@field strain_most number|nil 1
----@field block_start number[]|nil centre of the rigid block at t = 0, m; these are nil without one
----@field block_middle number[]|nil after half of the steps from t = 0
----@field block_end number[]|nil at the end
----@field block_velocity number[]|nil at the end, m/s
----@field block_upright number|nil cosine of the angle between its own z axis and the world's, there
-
-local OUTCOME_NUMBERS = {
-  "time", "time_step", "time_step_bound", "masses", "springs", "mass",
-  "path_length", "height", "contact", "kinetic", "elastic", "muscle_work", "strain", "strain_most",
-  "block_upright",
-}
-local OUTCOME_PLACES = { "center_start", "center_middle", "center_end" }
-local OUTCOME_OF_BLOCK = { "block_start", "block_middle", "block_end", "block_velocity" }
-
--- Copies a place from the interface's struct.
-local function take_place(result, o, name)
-  local place = o[name]
-  result[name] = { place[0], place[1], place[2] }
-end
-
 --- What became of robot i so far.
 ---@param i integer
 ---@return limax.outcome
 function methods:outcome(i)
   local handle, robot = object.entry("simulation:outcome", self, class, i)
-  local o = C.limax_simulation_outcomes(handle) + robot
-  local result = {
-    status = names.robot_status.text[o.status], step = tonumber(o.step), steps = tonumber(o.steps),
-    coarse = o.coarse ~= 0,
-  }
-  if result.status == "invalid" then result.reason = names.body_status.text[o.reason] end
-  if result.status == "diverged" then result.reason = names.divergence.text[o.reason] end
-  for _, name in ipairs(OUTCOME_NUMBERS) do
-    local value = o[name]
-    if value == value then result[name] = value end
-  end
-  for _, name in ipairs(OUTCOME_PLACES) do take_place(result, o, name) end
-  for _, name in ipairs(OUTCOME_OF_BLOCK) do
-    -- a scene without a block has no numbers for it; those of a body are kept as they are
-    if o[name][0] == o[name][0] then take_place(result, o, name) end
-  end
-  return result
+  return outcome.table(C.limax_simulation_outcomes(handle)[robot])
 end
 
 --- A recorded trace of robot i, as far as it goes: "center_of_mass" [sample][3], "position" and

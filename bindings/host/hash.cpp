@@ -7,6 +7,7 @@
 
 #include <cinttypes>
 #include <cstdio>
+#include <string>
 #include <string_view>
 
 #include "guard.h"
@@ -25,6 +26,12 @@ int lua_sha256(lua_State* L) {
     return push(L, std::string_view(hex, sizeof hex - 1));
 }
 
+std::string hexadecimal(XXH64_hash_t value) {
+    char hex[17];
+    std::snprintf(hex, sizeof hex, "%016" PRIx64, value);
+    return hex;
+}
+
 // xxh3(text [, array, bytes]): of the text, followed by an FFI array: 16 hexadecimal digits
 int lua_xxh3(lua_State* L) {
     const std::string_view text = text_argument(L, 1);
@@ -35,12 +42,14 @@ int lua_xxh3(lua_State* L) {
         const std::string_view array = array_argument(L, 2);
         XXH3_64bits_update(&state, array.data(), array.size());
     }
-    char hex[17];
-    std::snprintf(hex, sizeof hex, "%016" PRIx64, XXH3_64bits_digest(&state));
-    return push(L, std::string_view(hex, sizeof hex - 1));
+    return push(L, hexadecimal(XXH3_64bits_digest(&state)));
 }
 
 }  // namespace
+
+std::string xxh3(std::string_view text) {
+    return hexadecimal(XXH3_64bits(text.data(), text.size()));
+}
 
 void open_hashes(lua_State* L) {
     add_function<lua_sha256>(L, "sha256");

@@ -10,6 +10,14 @@
 ---@field array fun(list: table): table marks a table, so that it is written as [] if it is empty
 ---@field is_array fun(value: any): boolean
 
+-- A field is { name, type, list of values by row, key ... }, where keys lead into a value that is a
+-- table, or { name, type, FFI array, offset, bytes of a row, count }. A type is one of NumPy's,
+-- "<f8", "<i8", "<i4", "|b1", "|S", with "[]" for a list. A field that no row has is left out.
+---@class limax.host.rows
+---@field pack fun(rows: integer, fields: any[][]): string a .npy file
+---@field lines fun(npy: string): string|nil, string|nil its rows as lines of JSON (rows.h), fields
+--- in their order in the file
+
 ---@class limax.host.lock
 ---@field free fun(self: limax.host.lock)
 
@@ -17,7 +25,11 @@
 ---@class limax.host.writer
 ---@field write fun(self: limax.host.writer, path: string, text: string, array?: ffi.cdata*,
 --- bytes?: integer): integer number of the job; complete or not at all, the array after the text
+---@field write_lines fun(self: limax.host.writer, path: string, npy: string): integer the lines of
+--- rows, which the writer makes
 ---@field append fun(self: limax.host.writer, path: string, text: string): integer whole lines
+---@field append_hashes fun(self: limax.host.writer, path: string, line: string): integer a sealed
+--- line, in which the hash of the lines that `write_lines` made before replaces 16 question marks
 ---@field wait fun(self: limax.host.writer, job?: integer): true|nil, string|nil waits until jobs up
 --- to this one, or all, are on disk
 ---@field done fun(self: limax.host.writer): integer number of jobs on disk
@@ -134,6 +146,7 @@
 ---@field version string
 ---@field cdef string the declarations of limax.h
 ---@field json limax.host.json
+---@field rows limax.host.rows
 ---@field file limax.host.file
 ---@field signal limax.host.signal
 ---@field interrupt table the error value that Ctrl-C raises

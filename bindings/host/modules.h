@@ -4,6 +4,7 @@
 
 #include <lua.hpp>
 #include <string>
+#include <string_view>
 
 namespace limax::host {
 
@@ -19,6 +20,9 @@ void open_protect(lua_State* L, const std::string& home);
 void open_sandbox(lua_State* L);
 void open_time_limit(lua_State* L);
 void open_xml(lua_State* L);
+
+// The XXH3 hash of a text: 16 hexadecimal digits.
+std::string xxh3(std::string_view text);
 
 // Replaces the globals `next` and `pairs`.
 void replace_next(lua_State* L);

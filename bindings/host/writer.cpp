@@ -16,17 +16,33 @@
 #include "durable.h"
 #include "guard.h"
 #include "modules.h"
+#include "rows.h"
 
 namespace limax::host {
 namespace {
 
 const char* const writer_type = "limax.writer";
 
+enum class task { write, write_lines, append, append_hashes };
+
 struct job {
     std::string path;
     std::string bytes;
-    bool appends;
+    task what;
 };
+
+// Puts the hash of what was written before it into a sealed line whose writer did not know it, and
+// seals the line again.
+std::string completed(const std::string& line, const std::string& hash) {
+    const std::string_view end = "}\n", unknown = "????????????????", seal = ",\"hash\":\"\"";
+    std::string text = line.substr(0, line.size() - end.size() - seal.size() - hash.size());
+    if (const std::size_t at = text.find(unknown); at != text.npos)
+        text.replace(at, unknown.size(), hash);
+    text += end;
+    const std::string own = xxh3(text);
+    text.resize(text.size() - end.size());
+    return text + ",\"hash\":\"" + own + "\"}\n";
+}
 
 class writer {
 public:
@@ -88,6 +104,20 @@ public:
     std::uint64_t added() const { return added_; }
 
 private:
+    void carry_out(const job& next) {
+        switch (next.what) {
+            case task::write: return replace(next.path, next.bytes);
+            case task::append: return append_lines(next.path, next.bytes);
+            case task::append_hashes:
+                return append_lines(next.path, completed(next.bytes, lines_hash_));
+            case task::write_lines: {
+                const std::string text = lines_of_rows(next.bytes);
+                lines_hash_ = xxh3(text);
+                return replace(next.path, text);
+            }
+        }
+    }
+
     void work() {
         std::unique_lock lock(mutex_);
         const auto has_work = [&] { return !jobs_.empty() && problem_.empty(); };
@@ -98,7 +128,7 @@ private:
             lock.unlock();
             std::string problem;
             try {
-                (next.appends ? append_lines : replace)(next.path, next.bytes);
+                carry_out(next);
             } catch (const std::exception& found) {
                 problem = found.what();
             }
@@ -118,8 +148,9 @@ private:
     std::deque<job> jobs_;     // the first one is in progress
     std::uint64_t added_ = 0;  // used by the thread that runs scripts
     std::uint64_t done_ = 0;
-    std::string spare_;    // of a job that is done, the longest one
-    std::string problem_;  // of the first job that failed
+    std::string lines_hash_;  // of the last lines; used by the thread
+    std::string spare_;       // of a job that is done, the longest one
+    std::string problem_;     // of the first job that failed
     bool ends_ = false;
     std::thread thread_;
 };
@@ -131,15 +162,27 @@ writer& writer_argument(lua_State* L) {
 int lua_write(lua_State* L) {
     writer& target = writer_argument(L);
     const bool is_large = !lua_isnoneornil(L, 4);
-    job next{path_argument(L, 2), is_large ? target.memory() : std::string(), false};
+    job next{path_argument(L, 2), is_large ? target.memory() : std::string(), task::write};
     next.bytes = text_argument(L, 3);
     if (is_large) next.bytes.append(array_argument(L, 4));
     return push(L, target.add(std::move(next)));
 }
 
+int lua_write_lines(lua_State* L) {
+    return push(L, writer_argument(L).add(
+                       {path_argument(L, 2), std::string(text_argument(L, 3)), task::write_lines}));
+}
+
 int lua_append(lua_State* L) {
+    return push(L, writer_argument(L).add(
+                       {path_argument(L, 2), std::string(lines_argument(L, 3)), task::append}));
+}
+
+int lua_append_hashes(lua_State* L) {
+    const std::string_view line = lines_argument(L, 3);
+    luaL_argcheck(L, line.ends_with("\"}\n") && line.size() > 30, 3, "expected a sealed line");
     return push(
-        L, writer_argument(L).add({path_argument(L, 2), std::string(lines_argument(L, 3)), true}));
+        L, writer_argument(L).add({path_argument(L, 2), std::string(line), task::append_hashes}));
 }
 
 int lua_wait(lua_State* L) {
@@ -176,7 +219,9 @@ void add_writer(lua_State* L) {
     lua_setfield(L, -2, "__metatable");
     lua_newtable(L);
     add_function<lua_write>(L, "write");
+    add_function<lua_write_lines>(L, "write_lines");
     add_function<lua_append>(L, "append");
+    add_function<lua_append_hashes>(L, "append_hashes");
     add_function<lua_wait>(L, "wait");
     add_function<lua_done>(L, "done");
     lua_setfield(L, -2, "__index");

@@ -2,6 +2,7 @@
 --- its files. A generation's file has the rows that entered; replaying all of them gives the
 --- archive. Genomes are copied from memory, and after a resume from the population files.
 
+local columns = require "limax.robot.columns"
 local engine = require "limax.engine"
 local host = require "limax.host"
 local run_files = require "limax.settings.run_files"
@@ -83,7 +84,7 @@ function Archive:update(robots)
   apply(self, entered, leaving)
   self.entered = entered
   for _, row in ipairs(entered) do
-    self.kept[row] = { record = robots.records[row.index],
+    self.kept[row] = { record = columns.plain(robots.records[row.index]),
       genome = view.memory(robots.engine:genome_copy(row.index)) }
   end
 end

@@ -3,7 +3,9 @@
 --- in, and not the run. Every random number is a function of (seed, repetition, generation, robot):
 --- a run can stop after any generation and continue with the same bits.
 
+local body = require "limax.robot.body"
 local budget = require "limax.experiment.budget"
+local columns = require "limax.robot.columns"
 local experiments = require "limax.experiment.experiment"
 local failure = require "limax.base.failure"
 local genes = require "limax.experiment.genes"
@@ -28,7 +30,7 @@ local evolve = {}
 local function express(run, fields)
   local began = host.clock()
   genes.express(run:rules_of_genes(fields), fields.engine)
-  population.add_bodies(fields.engine, fields.materials, fields.records)
+  body.add_records(fields.engine, fields.materials, fields.records)
   fields.timing.express = host.clock() - began
   fields.repetition = run.repetition
   fields.archive = run.world.archive and run.world.archive:list()
@@ -37,14 +39,16 @@ end
 
 local function first_generation(run)
   local began = host.clock()
-  local robots, records = run:new_robots(), {}
+  local robots = run:new_robots()
+  local all = columns.new(robots.count)
   for i = 1, robots.count do
-    records[i] = { id = i, generation = 0, parents = host.json.array {}, origin = "initial",
-      island = islands.first(run.config, i), age = run.experiment.survival.ages and 0 or nil }
+    all.id[i], all.generation[i], all.origin[i] = i, 0, "initial"
+    all.island[i], all.age[i] = islands.first(run.config, i),
+      run.experiment.survival.ages and 0 or nil
   end
   genes.initialize(run:rules_of_genes { materials = run.first_materials,
     parameters = run.config.breeding }, robots, nil, 0)
-  return express(run, { engine = robots, generation = 0, records = records,
+  return express(run, { engine = robots, generation = 0, records = all.rows,
     materials = run.first_materials, parameters = run.config.breeding,
     ledger = { supervisor = (run.session or run.experiment.supervisor).name,
       entries = host.json.array {} },

@@ -3,8 +3,8 @@
 --- row of the archive.
 
 local ffi = require "ffi"
+local columns = require "limax.robot.columns"
 local failure = require "limax.base.failure"
-local host = require "limax.host"
 local population = require "limax.evolution.population"
 local schema = require "limax.engine.schema"
 local scored_robot = require "limax.robot.scored_robot"
@@ -226,14 +226,6 @@ function mating.parents(robots, list, new_robots)
   return { engine = gathered, records = records, pairs = indices }
 end
 
--- The record of an elite in the next generation: the same robot, with its score or without.
-local function elite_record(record, keep)
-  local copy = {}
-  for key, value in pairs(record) do copy[key] = value end
-  copy.origin = "elite"
-  return keep and copy or population.forget_score(copy)
-end
-
 --- The records of the next generation, still without the bodies of the offspring. Ids count on:
 --- they are unique in a repetition, and the same in a run that is continued.
 ---@param generation integer the next one
@@ -241,21 +233,28 @@ end
 ---@param parents limax.mating.parents
 ---@param keep boolean do elites keep their scores?
 ---@param homes? integer[] the island of each robot
----@return table[]
+---@return limax.row[]
 function mating.records(generation, elites, parents, keep, homes)
-  local list, count = {}, #parents.pairs
+  local count = #parents.pairs
+  local all = columns.new(count)
   for i, pair in ipairs(parents.pairs) do
     local first, second = parents.records[pair[1]], parents.records[pair[2]]
-    list[i] = i <= elites and elite_record(first, keep) or { id = generation * count + i,
-      generation = generation, origin = "bred", parents = { first.id, second.id } }
-    list[i].island = homes and homes[i]
+    if i <= elites then
+      all:copy(i, first)
+      all.origin[i] = "elite"
+      if not keep then all:forget_score(i) end
+    else
+      all.id[i], all.generation[i], all.origin[i] = generation * count + i, generation, "bred"
+      all:set_parents(i, first.id, second.id)
+    end
+    all.island[i] = homes and homes[i]
   end
-  return list
+  return all.rows
 end
 
 --- Replaces the last offspring of each island, or of the population, by new random robots, and sets
 --- the ages of all: the generations since the oldest ancestor.
----@param records table[] of the next generation
+---@param records limax.row[] of the next generation
 ---@param parents limax.mating.parents
 ---@param newcomers integer in all islands
 ---@return integer[] rows of the new robots
@@ -267,7 +266,8 @@ function mating.renew(records, parents, newcomers)
     if record.origin == "bred" and (count[home] or 0) < newcomers then
       count[home] = (count[home] or 0) + 1
       table.insert(rows, 1, i)
-      record.origin, record.parents, record.age = "initial", host.json.array {}, 0
+      record.origin, record.age = "initial", 0
+      columns.of(record):set_parents(i)
     else
       record.age = 1 + math.max(parents.records[pair[1]].age or 0,
         parents.records[pair[2]].age or 0)

@@ -2,7 +2,7 @@
 --- they are simulated in. Scripts advance it by `:simulate()`, `:score(fitness)` and `:breed{...}`;
 --- each step first does the steps before it that were left out.
 
-local body = require "limax.robot.body"
+local columns = require "limax.robot.columns"
 local drive = require "limax.settings.drive"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
@@ -10,7 +10,6 @@ local fitness = require "limax.fitness"
 local host = require "limax.host"
 local measures = require "limax.experiment.measures"
 local metrics = require "limax.run.metrics"
-local robot_trials = require "limax.robot.robot_trials"
 local schema = require "limax.engine.schema"
 local state = require "limax.run.state"
 local strict = require "limax.engine.strict"
@@ -43,7 +42,7 @@ local scoring = require "limax.robot.scoring"
 ---@field parameters table<string, number> that it was bred with
 ---@field engine limax.population genomes and bodies
 ---@field materials limax.materials that it is made of
----@field records table[] one plain table per robot, the lines of its population file
+---@field records table[] one per robot, with the fields of its line in the population file
 ---@field trials limax.trial[] in which its robots are simulated
 ---@field archive limax.archive.row[]|nil rows of the run's archive; of the newest generation only
 ---@field evaluations integer robots simulated for their score
@@ -59,7 +58,7 @@ for name in ([[ranked generation repetition parameters engine materials records 
     evaluations timing island state]]):gmatch "%S+" do
   FIELDS[name] = true
 end
-for name in ([[ledger scored_by scored_with state_text parents_scored_with supervision
+for name in ([[columns ledger scored_by scored_with state_text parents_scored_with supervision
     supervisor_failed parents]]):gmatch "%S+" do
   OF_LOOP[name] = true
 end
@@ -123,6 +122,8 @@ function population.new(world, fields)
   robots.evaluations = robots.evaluations or 0
   robots.timing = robots.timing or {}
   robots.timing.simulate, robots.timing.fitness = 0, 0
+  robots.columns = columns.of(robots.records[1]) or columns.from(robots.records)
+  robots.records = robots.columns.rows
   for i, record in ipairs(robots.records) do
     robots.contexts[i] = context_of(robots, i, robots.materials)
     robots[i] = scored_robot.new(record, robots.contexts[i])
@@ -138,30 +139,8 @@ function population.without_robots(robots)
   for key, value in pairs(robots) do
     if type(key) == "string" then copy[key] = value end
   end
+  copy.columns = nil
   return copy
-end
-
---- Adds the bodies of an expressed population to the records of its robots.
----@param engine_population limax.population
----@param materials limax.materials
----@param records table[] with id, generation, parents and origin, or whole ones of elites
----@return table[] records
-function population.add_bodies(engine_population, materials, records)
-  body.add_records(engine_population, materials, records)
-  for _, record in ipairs(records) do record.schema = "limax.population/1" end
-  return records
-end
-
--- A robot that diverged may have passed a moment with numbers that are not finite. No file can hold
--- them: they are left out.
-local function finite(outcome)
-  if outcome.status == "done" then return outcome end
-  for name, value in pairs(outcome) do
-    for _, number in ipairs(type(value) == "table" and value or { value }) do
-      if type(number) == "number" and number - number ~= 0 then outcome[name] = nil end
-    end
-  end
-  return outcome
 end
 
 -- One simulation per trial of some robots.
@@ -174,22 +153,14 @@ local function simulations_of(robots, mask, materials, options)
   return list
 end
 
--- Writes into record and context of robot i what its simulations gave.
-local function settle(record, context, i, simulations)
-  local outcomes = {}
-  for k, simulation in ipairs(simulations) do outcomes[k] = finite(simulation:outcome(i)) end
-  record.outcome, record.trials = outcomes[1], context.trials and outcomes or nil
-  robot_trials.set_status(record)
-  set_simulations(context, simulations)
-end
-
 -- Warns once where a trial's drive is too fast for the time steps of the robots.
 local function check_drive(robots, mask)
   for k, trial in ipairs(robots.trials) do
-    local longest = 0
-    for i, record in ipairs(robots.records) do
-      local outcome = record.trials and record.trials[k] or record.outcome
-      if mask[i] then longest = math.max(longest, outcome.time_step or 0) end
+    local longest, outcomes = 0, robots.columns.outcomes[k]
+    for i = 1, #robots do
+      -- that of an invalid body is not a number
+      local step = outcomes[i - 1].time_step
+      if mask[i] and step > longest then longest = step end
     end
     local problem = longest > 0 and drive.problem(trial.scene, longest)
     local prefix = robots.world.config.trials and ("trials[%d]: "):format(k) or ""
@@ -211,25 +182,15 @@ function Population:simulate(on_progress)
   local began = host.clock()
   local simulations = simulations_of(self, mask, self.materials)
   world.advance(simulations, on_progress or world.on_progress)
-  for i, record in ipairs(self.records) do
-    if mask[i] then settle(record, self.contexts[i], i, simulations) end
+  self.columns:settle(simulations, mask, world.config.trials ~= nil)
+  for i, context in ipairs(self.contexts) do
+    if mask[i] then set_simulations(context, simulations) end
   end
   for _, simulation in ipairs(simulations) do table.insert(self.simulations, simulation) end
   self.evaluations = self.evaluations + count
   self.timing.simulate = self.timing.simulate + host.clock() - began
   check_drive(self, mask)
   return self
-end
-
---- Takes from a record what its simulation and its fitness gave.
----@param record table
----@return table record
-function population.forget_score(record)
-  for _, name in ipairs { "fitness", "cases", "measures", "descriptors", "objectives", "novelty",
-    "outcome", "trials", "status", "reason" } do
-    record[name] = nil
-  end
-  return record
 end
 
 -- Why no robot of a generation has a score, in one line.
@@ -300,16 +261,16 @@ function Population:score(with)
   check_state(self)
   -- an elite keeps its score only under the fitness that gave it
   if parents_with ~= nil and parents_with ~= with then
-    for i, record in ipairs(self.records) do
-      if not self.contexts[i].simulation then population.forget_score(record) end
+    for i = 1, #self do
+      if not self.contexts[i].simulation then self.columns:forget_score(i) end
     end
   end
   self:simulate()
   local began, wanted = host.clock(), {}
-  for i, record in ipairs(self.records) do
+  for i = 1, #self do
     wanted[i] = self.contexts[i].simulation ~= nil
     -- a robot that failed in another fitness may get a score from this one
-    if wanted[i] then robot_trials.set_status(record) end
+    if wanted[i] then self.columns:set_status(i) end
   end
   scoring.score { call = law.call, robots = self, records = self.records, wanted = wanted,
     generation = self.generation, state = world.state, say = world.say,
@@ -350,12 +311,16 @@ function population.simulate_again(robots, mask, materials, options)
   local began = host.clock()
   robots.world.advance(simulations)
   local seconds = host.clock() - began
+  local all = columns.new(#robots)
+  for i = 1, #robots do
+    if mask[i] then all:copy(i, robots.records[i]) end
+  end
+  all:settle(simulations, mask, robots.world.config.trials ~= nil)
   for i = 1, #robots do
     if mask[i] then
-      local record, context = {}, context_of(robots, i, materials, options)
-      for key, value in pairs(robots.records[i]) do record[key] = value end
-      settle(record, context, i, simulations)
-      again[i] = scored_robot.new(record, context)
+      local context = context_of(robots, i, materials, options)
+      set_simulations(context, simulations)
+      again[i] = scored_robot.new(all.rows[i], context)
     end
   end
   return again, simulations, seconds

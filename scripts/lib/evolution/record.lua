@@ -6,6 +6,7 @@ local failure = require "limax.base.failure"
 local front = require "limax.experiment.front"
 local genes = require "limax.experiment.genes"
 local history = require "limax.run.history"
+local host = require "limax.host"
 local materials = require "limax.evolution.materials"
 local metrics = require "limax.run.metrics"
 local population = require "limax.evolution.population"
@@ -97,7 +98,8 @@ function record.entries(run)
       return fields
     end,
     records = function(generation)
-      local text = run.texts[generation]
+      local packed = run.packed[generation]
+      local text = packed and host.rows.lines(packed)
         or run.folder:text("population", run.repetition, generation)
       return run_files.robots(text, "generation " .. generation)
     end,
@@ -139,15 +141,15 @@ function record.write(run, robots)
   local archive = run.world.archive
   line.archive = archive and archive:measure()
   line.front = front_of(run.world, robots)
-  local text = history.encode(robots.records)
+  local packed = robots.columns:pack()
   local entry = remember(run, line, robots.ledger)
   entry.population = robots
   run.evaluations = run.evaluations + line.evaluations
   if not run.folder then
-    run.texts[line.generation] = text
+    run.packed[line.generation] = packed
   else
     robots.timing.write = run.folder:write_generation { metrics = line, ledger = robots.ledger,
-      seconds = robots.timing, supervision = robots.supervision, text = text,
+      seconds = robots.timing, supervision = robots.supervision, robots = packed,
       state = robots.state_text, archive = archive and archive:text(), engine = robots.engine,
       champion = robots[robots.ranked[1]]:table() }
   end

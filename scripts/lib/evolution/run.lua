@@ -142,7 +142,7 @@ function run.new(experiment, options)
     world = world, device = device, encoding = encoding, first_materials = first,
     first_fields = materials.fields(first), first_step = world.first_step,
     limits = ledger.limits(config.population, config.supervision.ranges, config.supervision),
-    history = {}, texts = {}, evaluations = 0, folder = folder, owns_folder = options.out ~= nil,
+    history = {}, packed = {}, evaluations = 0, folder = folder, owns_folder = options.out ~= nil,
     on_generation = options.on_generation, live_prompts = options.live_prompts }, Run)
   self.entries = record.entries(self)
   return self, comparison

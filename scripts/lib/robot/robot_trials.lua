@@ -15,6 +15,15 @@ local function copied(value)
   return copy
 end
 
+--- Status and reason of a robot whose trial k is the first one that did not end well.
+---@param k? integer nil for a robot without trials
+---@return string status
+---@return string|nil reason
+function robot_trials.status_of(status, reason, k)
+  local prefix = k and status == "diverged" and ("trial %d: "):format(k) or ""
+  return status, reason and prefix .. reason
+end
+
 --- Sets status and reason of a record from its outcomes: it is done if all its trials ended well,
 --- else what the first one is that did not.
 ---@param record table
@@ -24,8 +33,7 @@ function robot_trials.set_status(record)
   record.status, record.reason = outcome.status, outcome.reason
   for k, each in ipairs(record.trials or {}) do
     if each.status ~= "done" then
-      local prefix = each.status == "diverged" and ("trial %d: "):format(k) or ""
-      record.status, record.reason = each.status, each.reason and prefix .. each.reason
+      record.status, record.reason = robot_trials.status_of(each.status, each.reason, k)
       return record
     end
   end

@@ -3,8 +3,6 @@
 --- a folder keeps in memory only what is compared over whole runs, and reads the rest from the
 --- folder on demand: so a generation needs the same time however many came before.
 
-local host = require "limax.host"
-
 local history = {}
 
 --- Number of generations whose genomes stay in memory: as many as the paper's supervisor sees.
@@ -60,9 +58,6 @@ local ALWAYS_KEPT = { repetition = true, generation = true, best = true, best_st
 ---@field evaluations integer robots that were simulated
 ---@field supervisor_failed? boolean true where the supervisor failed: fallback, or no change
 ---@field champion { id: integer, index: integer, hash: string } the best robot
-
---- One line per robot.
-function history.encode(records) return host.json.encode_lines(records) end
 
 ---@class limax.history.source reads what is not in memory
 ---@field on_disk fun(): boolean can it read the fields of an entry?

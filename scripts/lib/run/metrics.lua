@@ -2,7 +2,6 @@
 --- times, so that two runs can be compared byte for byte.
 
 local diversity = require "limax.run.diversity"
-local robot_trials = require "limax.robot.robot_trials"
 local sample = require "limax.base.statistics.sample"
 
 local metrics = {}
@@ -35,12 +34,12 @@ local counter_of = { invalid = "invalid", diverged = "diverged", failed = "fitne
 
 -- Number of robots that failed, by what they failed at, and of those whose step was coarse: one of
 -- their masses moved farther than a tenth of an edge in one step.
-local function count_problems(records)
+local function count_problems(all)
   local failed, coarse = { invalid = 0, diverged = 0, fitness = 0 }, 0
-  for _, record in ipairs(records) do
-    local name = counter_of[record.status]
+  for i = 1, all.count do
+    local name = counter_of[all.status[i]]
     if name then failed[name] = failed[name] + 1 end
-    if robot_trials.is_coarse(record) then coarse = coarse + 1 end
+    if all:is_coarse(i) then coarse = coarse + 1 end
   end
   return failed, coarse
 end
@@ -104,7 +103,7 @@ function metrics.measure(population)
     quantiles["q" .. q] = sample.quantile(ascending, q / 100)
   end
   local champion = records[ranked[1]]
-  local failed, coarse = count_problems(records)
+  local failed, coarse = count_problems(population.columns)
   return {
     best = champion.fitness,
     mean = sum / #ranked,

@@ -40,6 +40,9 @@ local run_folder = {}
 
 local GROWING = verify.GROWING
 
+-- For the hash of lines that the writer makes; it then puts that hash in its place.
+local UNKNOWN = ("?"):rep(16)
+
 local function json(value) return host.json.encode(value, { indent = 2 }) .. "\n" end
 
 local function sealed_json(value) return sealed.add(json(value)) end
@@ -145,9 +148,14 @@ end
 
 -- Appends the line of a generation to a file that grows. Returns its hash.
 function Folder:append(name, line)
-  local text = host.json.encode(line) .. "\n"
-  if name == "hashes" then text = sealed.add(text) end
-  self.writer:append(("%s/%s.jsonl"):format(self.path, name), text)
+  local text, path = host.json.encode(line) .. "\n", ("%s/%s.jsonl"):format(self.path, name)
+  if name == "hashes" then
+    -- the writer completes and seals it again
+    text = sealed.add(text)
+    self.writer:append_hashes(path, text)
+  else
+    self.writer:append(path, text)
+  end
   self.lines:add(name, line.repetition, line.generation, self.bytes[name])
   self.bytes[name] = self.bytes[name] + #text
   return host.xxh3(text)
@@ -155,7 +163,7 @@ end
 
 --- Writes a complete generation asynchronously, its checkpoint last. Raises an error of writing an
 --- earlier one.
----@param written table metrics, ledger, seconds, supervision, text, engine, champion, state,
+---@param written table metrics, ledger, seconds, supervision, robots, engine, champion, state,
 --- archive
 ---@return number seconds that the run waited
 function Folder:write_generation(written)
@@ -173,7 +181,7 @@ function Folder:write_generation(written)
   end
   local champion, header = json(written.champion), npy.header("<f4", { robots.count, robots.genes })
   local bytes = ffi.sizeof(genomes)
-  self:write_later(place "population", written.text)
+  self.writer:write_lines(self.path .. "/" .. place "population", written.robots)
   self:write_later(place "genomes", header, genomes, bytes)
   self:write_later(place "champion", champion)
   for _, kind in ipairs { "state", "archive" } do
@@ -183,7 +191,7 @@ function Folder:write_generation(written)
     end
   end
   local hashes = { schema = "limax.hashes/1", repetition = repetition, generation = generation,
-    scored_by = self.scored_by, population = host.xxh3(written.text),
+    scored_by = self.scored_by, population = UNKNOWN,
     genomes = host.xxh3(header, genomes, bytes), champion = host.xxh3(champion),
     state = written.state and host.xxh3(written.state),
     archive = written.archive and host.xxh3(written.archive) }

@@ -1,7 +1,9 @@
---- json.lua: JSON: round trips, exact numbers, errors with their place.
+--- json.lua: JSON: round trips, exact numbers, errors with their place, rows as lines.
 
 local ffi = require "ffi"
-local json = require("limax.host").json
+local host = require "limax.host"
+
+local json = host.json
 
 local suite = require("limax.test").suite "json"
 
@@ -51,6 +53,28 @@ suite:test("every double reads back with the same bits", function(t)
   t:ok(#list > 19000)
   t:same_bits(json.decode(json.encode(list)), list)
   t:same_bits(json.decode(json.encode(expected)), expected)
+end)
+
+suite:test("rows of fields become the lines of equal tables", function(t)
+  local list = { { a = 0.1, id = 7, list = { 1.5, 2 }, name = "x\n\"é", parents = { 3, 4 } },
+    { a = -0.0, id = 2 ^ 53, list = { 3 }, parents = json.array {}, trials = { { on = true } } } }
+  local memory = ffi.new("double[2][3]", { { 1, 2, 3 }, { 1, 0 / 0, 3 } })
+  list[1].place = { 1, 2, 3 }
+  local function column(name)
+    return { list[1][name], list[2][name] }
+  end
+  local nothing = {}
+  local npy = host.rows.pack(2, { { "a", "<f8", column "a" }, { "id", "<i8", column "id" },
+    { "list", "<f8[]", column "list" }, { "name", "|S", column "name" },
+    { "nothing", "<f8", nothing }, { "parents", "<i8[]", column "parents" },
+    { "place", "<f8[]", memory, 0, 24, 3 }, { "trials[1].on", "|b1", { false, true } } })
+  list[1].trials = { { on = false } }
+  t:equal(host.rows.lines(npy), json.encode_lines(list))
+  t:equal(host.rows.lines(host.rows.pack(1, { { "a%2Eb.c", "<i4", { { k = 5 } }, "k" } })),
+    '{"a.b":{"c":5}}\n')
+  -- a file of somebody else
+  for at = 0, #npy - 1 do t:ok(not host.rows.lines(npy:sub(1, at))) end
+  for at = 1, #npy do host.rows.lines(npy:sub(1, at - 1) .. "9" .. npy:sub(at + 1)) end
 end)
 
 suite:test("invalid text is refused with origin, line and column", function(t)

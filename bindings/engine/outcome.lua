@@ -1,0 +1,130 @@
+--- outcome.lua: what became of a robot in a simulation, as the engine's struct and as a table.
+
+local ffi = require "ffi"
+local C = require("limax.engine.abi").C
+local names = require "limax.engine.names"
+
+local outcome = {}
+
+---@class limax.outcome
+---@field status "skipped"|"running"|"done"|"invalid"|"diverged"
+---@field reason string|nil "no voxel", "no muscle"; "nonfinite", "speed", "stretch"
+---@field step integer steps done since the start of settling
+---@field steps integer steps in all
+---@field time number s since t = 0, negative while settling
+---@field time_step number s
+---@field time_step_bound number s
+---@field masses integer
+---@field springs integer
+---@field coarse boolean a mass was seen to move farther than a tenth of an edge in one step
+---@field mass number kg
+---@field center_start number[] centre of mass at t = 0, m
+---@field center_middle number[] after half of the steps from t = 0
+---@field center_end number[] at the end
+---@field path_length number|nil m; this and the following: nil where their trace is not recorded
+---@field height number|nil m
+---@field contact number|nil 1
+---@field kinetic number|nil J
+---@field elastic number|nil J
+---@field muscle_work number|nil J
+---@field strain number|nil 1
+---@field strain_most number|nil 1
+---@field block_start number[]|nil centre of the rigid block at t = 0, m; these are nil without one
+---@field block_middle number[]|nil after half of the steps from t = 0
+---@field block_end number[]|nil at the end
+---@field block_velocity number[]|nil at the end, m/s
+---@field block_upright number|nil cosine of the angle between its own z axis and the world's, there
+
+local NUMBERS = {
+  "time", "time_step", "time_step_bound", "masses", "springs", "mass",
+  "path_length", "height", "contact", "kinetic", "elastic", "muscle_work", "strain", "strain_most",
+  "block_upright",
+}
+local PLACES = { "center_start", "center_middle", "center_end", "block_start", "block_middle",
+  "block_end", "block_velocity" }
+-- a scene without a block has no numbers for it; those of a body are kept as they are
+local OPTIONAL = { block_start = true, block_middle = true, block_end = true,
+  block_velocity = true }
+
+--- Status of an outcome, and the reason where it is not "done".
+---@param o ffi.cdata* limax_outcome
+---@return string status
+---@return string|nil reason
+function outcome.status(o)
+  local status = names.robot_status.text[o.status]
+  if status == "invalid" then return status, names.body_status.text[o.reason] end
+  if status == "diverged" then return status, names.divergence.text[o.reason] end
+  return status, nil
+end
+
+--- The numbers of an outcome as a table.
+---@param o ffi.cdata* limax_outcome
+---@return limax.outcome
+function outcome.table(o)
+  local result = { step = tonumber(o.step), steps = tonumber(o.steps), coarse = o.coarse ~= 0 }
+  result.status, result.reason = outcome.status(o)
+  for _, name in ipairs(NUMBERS) do
+    local value = o[name]
+    if value == value then result[name] = value end
+  end
+  for _, name in ipairs(PLACES) do
+    local place = o[name]
+    if not OPTIONAL[name] or place[0] == place[0] then
+      result[name] = { place[0], place[1], place[2] }
+    end
+  end
+  return result
+end
+
+--- Writes a table as `table` gives it into an engine's struct.
+---@param o ffi.cdata* limax_outcome
+---@param from limax.outcome
+function outcome.write(o, from)
+  local reasons = from.status == "invalid" and names.body_status or names.divergence
+  o.status, o.reason = names.robot_status.value[from.status], reasons.value[from.reason] or 0
+  o.step, o.steps, o.coarse = from.step or 0, from.steps or 0, from.coarse and 1 or 0
+  for _, name in ipairs(NUMBERS) do
+    -- the counts of masses and springs cannot be NaN
+    local absent = (name == "masses" or name == "springs") and 0 or 0 / 0
+    o[name] = from[name] or absent
+  end
+  for _, name in ipairs(PLACES) do
+    for k = 0, 2 do o[name][k] = from[name] and from[name][k + 1] or 0 / 0 end
+  end
+end
+
+--- Copies the outcomes of some robots of a simulation.
+---@param simulation limax.simulation
+---@param into ffi.cdata* limax_outcome[simulation.count]
+---@param mask boolean[] which ones
+function outcome.copy(simulation, into, mask)
+  local from = C.limax_simulation_outcomes(simulation.handle)
+  for i = 1, simulation.count do
+    if mask[i] then into[i - 1] = from[i - 1] end
+  end
+end
+
+local SIZE = ffi.sizeof "limax_outcome"
+
+--- The fields of many outcomes for `host.rows.pack`, sorted by name, without status and reason.
+---@param all ffi.cdata* limax_outcome[]
+---@param prefix string
+---@return table[]
+function outcome.fields(all, prefix)
+  local list = {}
+  local function add(name, kind, count)
+    list[#list + 1] = { prefix .. name, kind, all, ffi.offsetof("limax_outcome", name), SIZE,
+      count }
+  end
+  for _, name in ipairs(PLACES) do add(name, "<f8[]", 3) end
+  for _, name in ipairs(NUMBERS) do
+    add(name, (name == "masses" or name == "springs") and "<i4" or "<f8")
+  end
+  add("step", "<i8")
+  add("steps", "<i8")
+  -- 1 or 0, in the lowest byte
+  add("coarse", "|b1")
+  return list
+end
+
+return outcome

@@ -1,0 +1,294 @@
+--- columns.lua: the robots of one generation as columns, one list per field, with their outcomes in
+--- memory as the engine has them. A row is a robot's record: it reads and writes the columns, and
+--- is the robot's line in the population file.
+
+local ffi = require "ffi"
+
+local choice = require "limax.base.choice"
+local host = require "limax.host"
+local outcome = require "limax.engine.outcome"
+local robot_trials = require "limax.robot.robot_trials"
+
+---@class limax.columns
+---@field count integer robots
+---@field rows limax.row[]
+---@field outcomes ffi.cdata*[] limax_outcome[count] of each trial, or of the only simulation
+---@field has_trials boolean do the records hold the outcomes of trials?
+local Columns = {}
+Columns.__index = Columns
+
+local columns = {}
+
+-- What a simulation and a fitness give, and the rest.
+local OF_SCORE = { "fitness", "cases", "measures", "descriptors", "objectives", "novelty",
+  "status", "reason" }
+local OTHERS = { "id", "generation", "origin", "island", "age", "step_size", "body" }
+local LISTS = {}
+for _, list in ipairs { OF_SCORE, OTHERS } do
+  for _, name in ipairs(list) do LISTS[name] = true end
+end
+
+-- ---- rows ---------------------------------------------------------------------------------------
+
+---@class limax.row a robot's record: { columns, index }
+local Row = {}
+
+-- What is made of the columns when it is read.
+local made = {}
+
+function made.parents(all, i)
+  return host.json.array { all.first_parents[i], all.second_parents[i] }
+end
+
+-- A robot that diverged may have passed a moment with numbers that are not finite. No file can hold
+-- them: they are left out.
+local function finite(read)
+  if read.status == "done" then return read end
+  for name, value in pairs(read) do
+    for _, number in ipairs(type(value) == "table" and value or { value }) do
+      if type(number) == "number" and number - number ~= 0 then read[name] = nil end
+    end
+  end
+  return read
+end
+
+local function outcome_of(all, i, k)
+  local o = all.outcomes[k] and all.outcomes[k][i - 1]
+  return o and o.status ~= 0 and finite(outcome.table(o)) or nil
+end
+
+function made.outcome(all, i) return outcome_of(all, i, 1) end
+
+function made.trials(all, i)
+  local list = {}
+  for k = 1, all.has_trials and #all.outcomes or 0 do list[k] = outcome_of(all, i, k) end
+  return list[1] and list or nil
+end
+
+function Row:__index(name)
+  local all, i = self[1], self[2]
+  local list = all[name]
+  if LISTS[name] then return list[i] end
+  if not made[name] then return nil end
+  local value = made[name](all, i)
+  rawset(self, name, value)
+  return value
+end
+
+function Row:__newindex(name, value)
+  if not LISTS[name] then error(("a robot's record has no field %s"):format(tostring(name)), 2) end
+  self[1][name][self[2]] = value
+end
+
+-- The fields of a row as a table of its own.
+local function plain(row)
+  local copy = { schema = "limax.population/1" }
+  for name in pairs(LISTS) do copy[name] = row[name] end
+  for name in pairs(made) do copy[name] = row[name] end
+  return copy
+end
+
+function Row:__pairs() return next, plain(self) end
+
+-- Forgets what was made of a row's columns.
+local function changed(row)
+  for name in pairs(made) do rawset(row, name, nil) end
+end
+
+--- A robot's record as a table of its own, which keeps no generation in memory.
+---@param record table a row or such a table
+---@return table
+function columns.plain(record)
+  local copy = {}
+  for name, value in pairs(record) do copy[name] = value end
+  return copy
+end
+
+-- ---- columns ------------------------------------------------------------------------------------
+
+--- Makes the columns of a generation.
+---@param count integer robots
+---@return limax.columns
+function columns.new(count)
+  local self = { count = count, rows = {}, outcomes = {}, has_trials = false, first_parents = {},
+    second_parents = {} }
+  for name in pairs(LISTS) do self[name] = {} end
+  for i = 1, count do self.rows[i] = setmetatable({ self, i }, Row) end
+  return setmetatable(self, Columns)
+end
+
+--- The columns of a row; nil for a plain record.
+---@return limax.columns|nil
+function columns.of(record) return getmetatable(record) == Row and record[1] or nil end
+
+--- Makes columns of plain records.
+---@param records table[]
+---@return limax.columns
+function columns.from(records)
+  local self = columns.new(#records)
+  for i, record in ipairs(records) do self:copy(i, record) end
+  return self
+end
+
+--- Is a step of any simulation of robot i coarse?
+function Columns:is_coarse(i)
+  for _, all in ipairs(self.outcomes) do
+    if all[i - 1].coarse ~= 0 then return true end
+  end
+  return false
+end
+
+--- Sets the parents of robot i; none if left out.
+---@param first? integer id
+---@param second? integer id
+function Columns:set_parents(i, first, second)
+  self.first_parents[i], self.second_parents[i] = first, second
+  changed(self.rows[i])
+end
+
+--- Makes room for the outcomes of so many simulations of each robot.
+---@param simulations integer
+---@param are_trials boolean
+function Columns:expect(simulations, are_trials)
+  self.has_trials = are_trials
+  for k = #self.outcomes + 1, simulations do
+    self.outcomes[k] = ffi.new("limax_outcome[?]", self.count)
+  end
+end
+
+--- Copies a record, a row or a plain one, into row i.
+---@param record table
+function Columns:copy(i, record)
+  for name in pairs(LISTS) do self[name][i] = record[name] end
+  self:set_parents(i, record.parents[1], record.parents[2])
+  local from = columns.of(record)
+  if from then
+    self:expect(#from.outcomes, from.has_trials)
+    for k, all in ipairs(from.outcomes) do self.outcomes[k][i - 1] = all[record[2] - 1] end
+    return
+  end
+  local trials = record.trials or { record.outcome }
+  self:expect(#trials, record.trials ~= nil)
+  for k, each in ipairs(trials) do outcome.write(self.outcomes[k][i - 1], each) end
+end
+
+--- Takes from robot i what its simulation and its fitness gave.
+function Columns:forget_score(i)
+  for _, name in ipairs(OF_SCORE) do self[name][i] = nil end
+  for _, all in ipairs(self.outcomes) do ffi.fill(all + i - 1, ffi.sizeof "limax_outcome") end
+  changed(self.rows[i])
+end
+
+--- Sets status and reason of robot i from its outcomes.
+function Columns:set_status(i)
+  local list = {}
+  for k, all in ipairs(self.outcomes) do
+    local status, reason = outcome.status(all[i - 1])
+    if status ~= "done" then
+      self.status[i], self.reason[i] = robot_trials.status_of(status, reason,
+        self.has_trials and k or nil)
+      return
+    end
+    list[k] = status
+  end
+  self.status[i], self.reason[i] = list[1], nil
+end
+
+--- Takes the outcomes of some robots from their simulations, one per trial.
+---@param simulations limax.simulation[]
+---@param mask boolean[] which ones
+---@param are_trials boolean
+function Columns:settle(simulations, mask, are_trials)
+  self:expect(#simulations, are_trials)
+  for k, simulation in ipairs(simulations) do outcome.copy(simulation, self.outcomes[k], mask) end
+  for i = 1, self.count do
+    if mask[i] then
+      changed(self.rows[i])
+      self:set_status(i)
+    end
+  end
+end
+
+-- ---- the population file ------------------------------------------------------------------------
+
+-- A part of a field's name as host.rows writes it.
+local function escaped(name)
+  return (name:gsub("[%%%.%['\\%c\128-\255]", function(letter)
+    return ("%%%02X"):format(letter:byte())
+  end))
+end
+
+local BODY = { { "hash", "|S" }, { "letters", "|S" }, { "mass", "<f8" }, { "masses", "<i4" },
+  { "size", "<i4[]" }, { "springs", "<i4" }, { "voxels", "<i4" } }
+
+-- The fields of the bodies, and of the outcomes of simulation k.
+local function body_fields(self)
+  local list = {}
+  for _, name in ipairs(choice.sorted_keys(self.body[1].counts)) do
+    list[#list + 1] = { "body.counts." .. escaped(name), "<i4", self.body, "counts", name }
+  end
+  for _, each in ipairs(BODY) do
+    list[#list + 1] = { "body." .. each[1], each[2], self.body, each[1] }
+  end
+  return list
+end
+
+local function outcome_fields(self, k, prefix)
+  local states, reasons, all = {}, {}, self.outcomes[k]
+  for i = 1, self.count do states[i], reasons[i] = outcome.status(all[i - 1]) end
+  local list = outcome.fields(all, prefix)
+  list[#list + 1] = { prefix .. "status", "|S", states }
+  list[#list + 1] = { prefix .. "reason", "|S", reasons }
+  table.sort(list, function(a, b) return a[1] < b[1] end)
+  return list
+end
+
+local function measure_fields(self)
+  local names, list = {}, {}
+  for i = 1, self.count do
+    for name in pairs(self.measures[i] or {}) do names[name] = true end
+  end
+  for k, name in ipairs(choice.sorted_keys(names)) do
+    list[k] = { "measures." .. name, "<f8", self.measures, name }
+  end
+  return list
+end
+
+--- The population file as a NumPy array of records, of which `host.rows.lines` makes the lines.
+---@return string bytes of a .npy file
+function Columns:pack()
+  local fields, schemas, parents = {}, {}, {}
+  for i = 1, self.count do
+    schemas[i] = "limax.population/1"
+    parents[i] = { self.first_parents[i], self.second_parents[i] }
+  end
+  local function add(list)
+    for _, each in ipairs(list) do fields[#fields + 1] = each end
+  end
+  local function column(name, kind) fields[#fields + 1] = { name, kind, self[name] } end
+  -- sorted by name
+  column("age", "<i8")
+  add(body_fields(self))
+  column("cases", "<f8[]")
+  column("descriptors", "<f8[]")
+  column("fitness", "<f8")
+  column("generation", "<i8")
+  column("id", "<i8")
+  column("island", "<i8")
+  add(measure_fields(self))
+  column("novelty", "<f8")
+  column("objectives", "<f8[]")
+  column("origin", "|S")
+  add(outcome_fields(self, 1, "outcome."))
+  add { { "parents", "<i8[]", parents } }
+  column("reason", "|S")
+  add { { "schema", "|S", schemas } }
+  column("status", "|S")
+  column("step_size", "<f8")
+  for k = 1, self.has_trials and #self.outcomes or 0 do
+    add(outcome_fields(self, k, ("trials[%d]."):format(k)))
+  end
+  return host.rows.pack(self.count, fields)
+end
+
+return columns
