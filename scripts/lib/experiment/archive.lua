@@ -75,7 +75,7 @@ archive.entries.cvt = {
     cells = schema.number { value = 1000, unit = "cells", minimum = 1, maximum = 1e5,
       integer = true, note = "as in the paper's first experiments" },
     samples = schema.number { unit = "random points", minimum = 1, maximum = 1e7, integer = true,
-      note = "20 for each cell if left out" },
+      note = "if left out 20 for each cell, but no more than 1e5, or three for each" },
     qd_offset = qd_offset,
   },
   make = cells.cvt,
@@ -99,12 +99,14 @@ archive.entries.novelty = {
   make = novelty.archive,
 }
 
---- pareto: the robots that no other robot of the run dominates in all objectives. With a
---- `reference` point, in the objectives' own units, metrics.jsonl has the hypervolume of two or
---- three.
+--- pareto: the robots that no other robot of the run dominates in all objectives; beyond `capacity`
+--- those leave whose neighbours are nearest (crowding distance of NSGA-II). With a `reference`
+--- point, in the objectives' own units, metrics.jsonl has the hypervolume of two or three.
 archive.entries.pareto = {
   options = {
     objectives = measures.rule { least = 2, most = 8, objective = true },
+    capacity = schema.number { value = 1000, unit = "robots", minimum = 1, maximum = 1e6,
+      integer = true, note = "more than a front of two objectives usually has" },
     reference = schema.list(schema.number {}, { expected = "a list of numbers" }),
   },
   make = pareto,
@@ -113,7 +115,7 @@ archive.entries.pareto = {
 --- The centres of a CVT archive's cells, in the unit cube of its ranges.
 ---@param cell_count integer
 ---@param dimensions integer its descriptors
----@param samples? integer 20 for each cell if left out
+---@param samples? integer as the option of that name
 ---@return number[][] [cell][dimension]
 function archive.centres(cell_count, dimensions, samples)
   return lloyd(cell_count, dimensions, samples)

@@ -109,6 +109,31 @@ suite:test("a Pareto archive holds what no robot of the run dominates", function
   t:equal(history[4].front.hypervolume, nil)
 end)
 
+suite:test("a full Pareto archive keeps the ends of its front and the least crowded", function(t)
+  local archive = limax.archive.get { "pareto", objectives = OBJECTIVES, capacity = 4 }
+  local rows, random = {}, limax.engine.random(1, 1, "user")
+  local function offer(...)
+    local candidates, stay, distances = {}, {}, {}
+    for k, distance in ipairs { ... } do
+      candidates[k] = { id = 10 * distance, objectives = { distance, distance } }
+    end
+    local entered, leaving = archive.choose(rows, {}, candidates, random)
+    -- a resumed run reads only those that entered
+    t:equal({ archive.choose(rows, {}, entered) }, { entered, leaving })
+    for _, row in ipairs(rows) do
+      if not leaving or not leaving[row.id] then stay[#stay + 1] = row end
+    end
+    for _, row in ipairs(entered) do stay[#stay + 1] = row end
+    for k, row in ipairs(stay) do distances[k] = row.objectives[1] end
+    table.sort(distances)
+    rows = stay
+    return distances
+  end
+  t:equal(offer(0, 1, 2, 6), { 0, 1, 2, 6 })
+  t:equal(offer(4), { 0, 2, 4, 6 })
+  t:equal(offer(0.1, 9, 5), { 0, 2, 6, 9 })
+end)
+
 suite:test("hypervolume is exact in two and three dimensions", function(t)
   local random = limax.engine.random(1, 1, "user")
   for dimensions = 2, 3 do

@@ -6,7 +6,7 @@ local engine = require "limax.engine"
 local neighbours = require "limax.experiment.archives.neighbours"
 
 -- Passes of Lloyd's algorithm; centres hardly move after ten.
-local PASSES = 20
+local PASSES = 12
 
 local known = {}
 
@@ -46,10 +46,11 @@ end
 --- The centres of cells in the unit cube.
 ---@param cells integer
 ---@param dimensions integer
----@param samples integer|nil random points that stand for the cube; 20 for each cell if left out
+---@param samples integer|nil random points that stand for the cube; if left out 20 for each cell,
+--- but no more than 1e5, or three for each
 ---@return number[][] [cell][dimension]
 return function(cells, dimensions, samples)
-  samples = math.max(samples or 20 * cells, cells)
+  samples = math.max(samples or math.max(math.min(20 * cells, 1e5), 3 * cells), cells)
   local key = ("%d %d %d"):format(cells, dimensions, samples)
   if not known[key] then
     local points, list = random_points(samples, dimensions), {}
