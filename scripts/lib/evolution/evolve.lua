@@ -14,6 +14,7 @@ local islands = require "limax.evolution.islands"
 local ledger = require "limax.supervise.ledger"
 local materials = require "limax.evolution.materials"
 local mating = require "limax.evolution.mating"
+local metrics = require "limax.run.metrics"
 local population = require "limax.evolution.population"
 local record = require "limax.evolution.record"
 local runs = require "limax.evolution.run"
@@ -37,6 +38,17 @@ local function express(run, fields)
   return population.new(run.world, fields)
 end
 
+-- Warns where a function of the script made only the first body.
+local function check_others(run, records)
+  for i, row in ipairs(records) do
+    if (row.body.voxels > 0) ~= (i == 1) then return end
+  end
+  if records[2] then
+    run:say("genome.encoding: robot 2 and all that follow are empty: does express visit every"
+      .. " robot, for _, i in ipairs(robots) do?")
+  end
+end
+
 local function first_generation(run)
   local began = host.clock()
   local robots = run:new_robots()
@@ -48,11 +60,13 @@ local function first_generation(run)
   end
   genes.initialize(run:rules_of_genes { materials = run.first_materials,
     parameters = run.config.breeding }, robots, nil, 0)
-  return express(run, { engine = robots, generation = 0, records = all.rows,
+  local first = express(run, { engine = robots, generation = 0, records = all.rows,
     materials = run.first_materials, parameters = run.config.breeding,
     ledger = { supervisor = (run.session or run.experiment.supervisor).name,
       entries = host.json.array {} },
     timing = { breed = host.clock() - began, supervise = 0 } })
+  check_others(run, all.rows)
+  return first
 end
 
 -- Parameters, materials and ledger record of the next generation. What an own loop chooses replaces
@@ -104,6 +118,7 @@ end
 local function finish_generation(run, robots, choice)
   if robots ~= run.population or run.upcoming ~= nil then return end
   if not robots.scored_with then robots:score() end
+  mating.check_unchanged(robots, metrics.rank(robots.records), "the loop")
   local last = run.history[#run.history]
   if not last or last.generation < robots.generation then record.write(run, robots) end
   run.world.state = state.copy(run.world.state)

@@ -205,6 +205,12 @@ suite:test("a wrong encoding or variation is refused with place and remedy", fun
   fails("express may not write genes", one(function(robots, i)
     robots:genes(i)[1] = robots:genes(i)[1] + 1
   end))
+  local said
+  limax.start(small { genome = { require_muscle = false, encoding = { genes = 3,
+    express = function(robots) robots:voxels(1)[1] = 1 end } } },
+    { say = function(text) said = said or text:match "^genome.encoding: robot 2 and all" end })
+    :generations()()
+  t:ok(said)
   fails("robots.generation: express has none", one(function(robots) return robots.generation end))
   fails("robots:mutate.rate: unknown field", { mutation = function(robots)
     robots:mutate(nil, { rate = 0.5 })

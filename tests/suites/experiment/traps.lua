@@ -94,6 +94,8 @@ suite:test("what a script may not change", { limit = 60 }, function(t)
     "experiment.population = 8\nreturn experiment")
   gives(t, 1, "population.state is a table of the run: write to its fields", "", "",
     "for robots in limax.start(experiment):generations() do robots.state = {} end")
+  gives(t, 1, "the loop of generation 0 changed population.ranked", "", "",
+    "for robots in limax.start(experiment):generations() do robots:score().ranked[1] = 99 end")
   gives(t, 1, "breed: parents[1] is 1; expected a pair { i, j }", "", "",
     "for robots in limax.start(experiment):generations() do robots:score():breed { parents ="
     .. " { 1, 2, 3, 4, 5, 6 }, elites = {} } end")
