@@ -1,7 +1,8 @@
 --- field_page.lua: reads a page of tables "field, unit, meaning" as a tree of fields, and compares
 --- decoded objects with it. On such a page `a[]` is a list of objects, words in capitals are
 --- placeholders, a meaning that begins with *optional* allows absence, and "see [Part](#part)"
---- includes the fields of another section, "see [REFERENCE.md]" those of an experiment.
+--- includes the fields of another section, "see [REFERENCE.md]" those of an experiment. Every
+--- object may have a `schema`.
 
 local choice = require "limax.base.choice"
 local host = require "limax.host"
@@ -115,7 +116,7 @@ end
 function field_page.compare(t, value, field)
   for _, name in ipairs(choice.sorted_keys(value)) do
     local entry = value[name]
-    local child = field.children[name] or field.any
+    local child = name == "schema" and { children = {} } or field.children[name] or field.any
     t:ok(child, ("%s.%s is not on the page"):format(field.path, name))
     child.seen = true
     local objects = {}

@@ -86,7 +86,6 @@ local SIZES = {
   work_precision = TINY,
   rounding = { lattice = { 2, 2, 2 }, duration = 0.1, steps = { 5e-4, 1e-4 }, reference = 2e-5,
     distance = 0.2, moving_steps = { 2e-4 }, moving_reference = 5e-5, moving_bodies = 2 },
-  conservation = { lattice = { 2, 2, 2 }, vibration = 1e4, spin = 1e4 },
   ranking = { cases = 1, robots = 6, generations = 2, reference = 1e-4, seconds = 0.002,
     set = SMALL_BODIES, settings = bench_ranking.settings({ "preview", "evolve" },
       { { "leapfrog", "compensated", 5e-3 }, { "xpbd", "compensated", 1e-3 } }) },
@@ -96,7 +95,7 @@ local SIZES = {
 
 local function count_of(text, pattern) return select(2, text:gsub(pattern, "")) end
 
-suite:test("every section writes figures, tables and one page", { limit = 180 }, function(t)
+suite:test("every section writes figures and tables", { limit = 180 }, function(t)
   local folder = t:folder() .. "/out"
   local result = accuracy.run { device = engine.device("cpu", { threads = 1 }), sizes = SIZES,
     out = folder, say = function() end }
@@ -124,11 +123,6 @@ suite:test("every section writes figures, tables and one page", { limit = 180 },
   for _, row in ipairs(rows.rounding) do
     if row.start == 1024 then t:ok(row.same_bits, row.precision .. ": the start changed bits") end
   end
-  for _, row in ipairs(rows.conservation) do
-    if row.precision == "double" and row.momentum_drift then
-      t:ok(row.momentum_drift < 1e-11, row.integrator)
-    end
-  end
   for _, row in ipairs(rows.evolutions) do
     t:ok(row.best_at_finest > 0 and row.seconds > 0, row.setting)
   end
@@ -144,9 +138,6 @@ suite:test("every section writes figures, tables and one page", { limit = 180 },
     "the reference's own error", "10⁻⁶")
   -- two integrators, four precisions, four scenes
   t:ok(count_of(picture, "<polyline") >= 32, count_of(picture, "<polyline"))
-  local page = source.read(folder .. "/accuracy.html")
-  t:equal(count_of(page, "<svg"), 6)
-  t:ok(not page:find "<script" and not page:find "https?://[^w]", "the page needs others")
   t:equal(source.read(folder .. "/elite_regret.png"):sub(2, 4), "PNG")
 end)
 

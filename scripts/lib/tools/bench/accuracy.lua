@@ -3,8 +3,8 @@
 
 local choice = require "limax.base.choice"
 local failure = require "limax.base.failure"
+local folder = require "limax.tools.bench.accuracy.folder"
 local host = require "limax.host"
-local pages = require "limax.tools.bench.accuracy.pages"
 local ranking = require "limax.tools.bench.accuracy.ranking"
 local source = require "limax.base.source"
 local suggest = require "limax.engine.suggest"
@@ -16,12 +16,12 @@ local tune = require "limax.tools.bench.accuracy.tune"
 local accuracy = {}
 
 --- Sections in the order in which they run.
-accuracy.SECTIONS = { "work_precision", "rounding", "conservation", "ranking", "evolutions" }
+accuracy.SECTIONS = { "work_precision", "rounding", "ranking", "evolutions" }
 
 -- Sizes of the sections, in SI units. `reference`: step of the finest setting; `effort`: least wall
 -- time and runs of a trial; `seconds`: wall time of one round of one setting; `set`: overrides of
 -- every experiment; `cases`: how many of walkers.CASES run under `settings`, and `rest` those after
--- them; `vibration`, `spin`: steps.
+-- them.
 --
 -- Time steps, s: divisors of 50 ms on both sides of the paper's 1e-5, the first too long for stiff
 -- bodies.
@@ -38,7 +38,6 @@ local QUICK = {
   rounding = { lattice = { 3, 3, 3 }, duration = 0.4, reference = 2e-6,
     steps = { 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5, 5e-6 },
     distance = 20, moving_steps = { 2e-4, 1e-4 }, moving_reference = 5e-5, moving_bodies = 4 },
-  conservation = { lattice = { 3, 3, 3 }, vibration = 1e5, spin = 1e5 },
   ranking = { cases = 2, robots = 16, generations = 6, reference = 1e-5, seconds = 0.04,
     set = { "simulation.duration=1.5", "simulation.settle=0.3", "record={}" },
     settings = ranking.settings({ "preview", "evolve", "publish" }, {
@@ -73,7 +72,6 @@ local FULL = {
   rounding = { lattice = { 4, 4, 4 }, duration = 0.4, reference = 2e-6, steps = FINER,
     distance = 100, moving_steps = { 2e-4, 1e-4, 5e-5 }, moving_reference = 5e-5,
     moving_bodies = 8 },
-  conservation = { lattice = { 3, 3, 3 }, vibration = 1e7, spin = 1e6 },
   ranking = { cases = 4, robots = 48, generations = 15, reference = 5e-6, seconds = 0.2,
     set = { "record={}" }, settings = ranking.settings(tiers.NAMES, all_settings()),
     -- some fitnesses read what their scripts record
@@ -145,7 +143,7 @@ function accuracy.run(how)
   local style, results = terminal.style {}, {}
   local sections = chosen(how.section, sizes)
   -- before hours of measuring: the folder may not be writable
-  if how.out then pages.folder(how.out) end
+  if how.out then folder.make(how.out) end
   for _, name in ipairs(sections) do
     local section = require("limax.tools.bench.accuracy." .. name)
     local began = host.clock()
@@ -158,7 +156,7 @@ function accuracy.run(how)
   report_tiers(how, results)
   local columns, rows = joined(results, sections)
   local result = { columns = columns, rows = rows, sections = results }
-  if how.out then pages.write(how.out, result, sections, how.device, how.say) end
+  if how.out then folder.write(how.out, result, sections, how.device, how.say) end
   return result
 end
 

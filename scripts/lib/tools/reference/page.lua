@@ -22,11 +22,11 @@ local function code(text)
   return text:find("`", 1, true) and "`` " .. text .. " ``" or "`" .. text .. "`"
 end
 
+-- An example is worth its line where it shows the form of an argument: a table, a text.
 local function of_entry(entry)
   local text = ("- %s: %s"):format(code(entry.signature), entry.what)
-  -- a call without arguments shows no more than the signature
-  local plain = entry.kind == "field" or entry.example == entry.signature:match "^[^?>]*%)"
-  return wrapped(plain and text or ("%s %s"):format(text, code(entry.example)))
+  local telling = entry.kind == "function" and entry.example:find '[{"]'
+  return wrapped(telling and ("%s %s"):format(text, code(entry.example)) or text)
 end
 
 local function add_fields(lines, list, prefix)

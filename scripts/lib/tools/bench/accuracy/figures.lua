@@ -235,38 +235,6 @@ function figures.rounding(result)
       .. table.concat(same, ", ") .. "." }
 end
 
--- ---- conservation -------------------------------------------------------------------------------
-
-local function drift_panel(rows, scene, field, title)
-  local place = {}
-  for k, precision in ipairs(trial.PRECISIONS) do place[precision] = k end
-  local panel = { title = title, right = 110, y = { label = "relative drift" },
-    x = { label = "precision", linear = true, low = 0.5, high = 4.5,
-      text = function(value) return trial.PRECISIONS[value] end } }
-  panel.curves = curves_of(rows, function(row)
-    local value = row.scene == scene and row[field]
-    if not value then return nil end
-    panel.note = ("%g steps of %g s"):format(row.steps, row.time_step)
-    return row.integrator, place[row.precision], value ~= 0 and math.abs(value)
-  end, function(row)
-    return { name = SHORT[row.integrator], color = COLORS[row.integrator], marker = "dot" }
-  end)
-  return panel
-end
-
---- Drift of energy and angular momentum where both should be constant.
-function figures.conservation(result)
-  return { name = "conservation", title = "Drift of energy and angular momentum", columns = 3,
-    width = 420, height = 330,
-    panels = {
-      drift_panel(result.rows, "vibration", "energy_drift", "energy, vibrating"),
-      drift_panel(result.rows, "spin", "energy_drift", "energy, spinning freely"),
-      drift_panel(result.rows, "spin", "momentum_drift", "angular momentum, spinning"),
-    },
-    subtitle = "Size of the relative change in a body without damping and muscles; energies are"
-      .. " means over the first and the last 20 000 steps." }
-end
-
 -- ---- evolutions ---------------------------------------------------------------------------------
 
 --- The final best of each evolution at the finest setting, against the time that it took.
