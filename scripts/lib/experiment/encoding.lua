@@ -29,14 +29,26 @@ local encoding = strict.module "limax.encoding"
 ---@type table<string, limax.choice.entry>
 encoding.entries = {}
 
+-- An encoding of the engine.
+local function by_engine(network, ...)
+  local fields = { initial_scale = true }
+  for _, name in ipairs { ... } do fields[name] = true end
+  return { fields = fields, make = function() return { network = network } end }
+end
+
 --- fourier: the paper's network, which reads the Gaussian positional encoding of a voxel's centre.
-encoding.entries.fourier = require "limax.experiment.encodings.fourier"
+--- Tancik et al., "Fourier features let networks learn high frequency functions in low dimensional
+--- domains", 2020.
+encoding.entries.fourier = by_engine("fourier", "features", "sigma", "hidden")
 
---- cppn: a network that reads the centre itself and has periodic and Gaussian units.
-encoding.entries.cppn = require "limax.experiment.encodings.cppn"
+--- cppn: a network that reads the centre itself and its distance from the middle, and has periodic
+--- and Gaussian units, which repeat and mirror patterns. Stanley, "Compositional pattern producing
+--- networks: a novel abstraction of development", 2007.
+encoding.entries.cppn = by_engine("cppn", "hidden")
 
---- direct: every voxel has genes of its own.
-encoding.entries.direct = require "limax.experiment.encodings.direct"
+--- direct: every voxel has a gene for each material, of which the largest wins, and one for each
+--- weight, which passes through a logistic function.
+encoding.entries.direct = by_engine "direct"
 
 --- symmetric: the bodies of another encoding, `of`, mirrored along an axis.
 encoding.entries.symmetric = require "limax.experiment.encodings.symmetric"

@@ -1,41 +1,15 @@
 --- objectives.lua: survival by several objectives and by age, and the archive of a Pareto front:
---- each against a plain statement of its rule, and that they resume to the same bytes.
+--- each against a plain statement of its rule, by the ranks of the engine, which its own tests
+--- check, and that they resume to the same bytes.
 
 local limax = require "limax"
+local engine = require "limax.engine"
 local evolution = require "support.evolution"
 local front = require "limax.experiment.front"
 
 local suite = require("limax.test").suite "objectives"
 
 local finished = evolution.finished
-
--- Is a at least as good as b everywhere, and better somewhere?
-local function dominates(a, b)
-  local better = false
-  for k = 1, #a do
-    if a[k] < b[k] then return false end
-    better = better or a[k] > b[k]
-  end
-  return better
-end
-
--- The Pareto rank of each point, front by front.
-local function ranks_of(points)
-  local ranks, left, rank = {}, #points, 0
-  while left > 0 do
-    rank = rank + 1
-    local now = {}
-    for i = 1, #points do
-      local dominated = ranks[i] ~= nil
-      for j = 1, #points do
-        dominated = dominated or not ranks[j] and dominates(points[j], points[i])
-      end
-      if not dominated then now[#now + 1] = i end
-    end
-    for _, i in ipairs(now) do ranks[i], left = rank, left - 1 end
-  end
-  return ranks
-end
 
 -- The records of the robots with a score.
 local function scored(population)
@@ -63,7 +37,7 @@ suite:test("nsga2 keeps the first fronts, and metrics have the front", function(
   for k, entry in ipairs(history) do
     local records = scored(entry.population)
     local points, ids = points_of(records)
-    local ranks, goes_on, size = ranks_of(points), {}, 0
+    local ranks, goes_on, size = engine.pareto(points), {}, 0
     for i = 1, #entry.population do
       local robot = entry.population[i]
       t:equal(robot.objectives, robot.fitness and { robot:distance(), robot:mass() })
@@ -98,7 +72,7 @@ suite:test("a Pareto archive holds what no robot of the run dominates", function
   end
   local points, ids = points_of(all)
   local front_ids, found = {}, 0
-  for i, rank in ipairs(ranks_of(points)) do front_ids[ids[i]] = rank == 1 or nil end
+  for i, rank in ipairs((engine.pareto(points))) do front_ids[ids[i]] = rank == 1 or nil end
   for _, row in ipairs(run.world.archive.rows) do
     t:ok(front_ids[row.id], "a row is dominated")
     found = found + 1
@@ -186,7 +160,7 @@ suite:test("age_fitness: ages follow the oldest ancestor, newcomers are random",
     -- survivors: the first fronts of fitness and youth
     local records, points, goes_on, worst = scored(entry.population), {}, {}, 0
     for i, record in ipairs(records) do points[i] = { record.fitness, -record.age } end
-    local ranks = ranks_of(points)
+    local ranks = engine.pareto(points)
     for place = 1, history[k + 1] and 4 or 0 do
       goes_on[history[k + 1].population[place].id] = true
     end

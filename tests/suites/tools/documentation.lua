@@ -341,14 +341,6 @@ suite:test("the Python of the tutorial reads a run folder", { limit = 60 }, func
   conversion.python(t, folder, { "numpy", "pandas" }, blocks(page, "python")[1].text)
 end)
 
-suite:test("the Python of EVOLUTION.md reads a front", { limit = 60 }, function(t)
-  local folder = t:folder()
-  completes(t, folder, { "run", host.home .. "/scripts/experiments/pareto.lua", "--out",
-    "runs/pareto-1", "--set", "generations=2", "--set", "population=12", "-q" })
-  local text = blocks("scripts/EVOLUTION.md", "python")[1].text
-  conversion.python(t, folder, { "pandas" }, (text:gsub("g0039", "g0001")))
-end)
-
 suite:test("the client example of llm/README.md runs", { limit = 60 }, function(t)
   local page = "scripts/lib/supervise/llm/README.md"
   local client, folder, server = blocks(page, "lua"), t:folder(), faulty_server.open(t)
