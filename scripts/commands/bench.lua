@@ -42,7 +42,7 @@ local OPTIONS = {
   { name = "out", argument = "DIR", of = "accuracy",
     text = "a folder for figures and tables" },
   { name = "section", argument = "NAME", of = "accuracy", many = true,
-    text = "only this section: work_precision, rounding, ranking, evolutions" },
+    text = "only this section: work_precision, ranking, evolutions" },
   { name = "tune", argument = "FILE", of = "accuracy",
     text = "the longest step at which this experiment is accurate" },
   { name = "champion", argument = "FILE", of = "accuracy", many = true,

@@ -176,7 +176,7 @@ suite:test("options that do not fit are refused", function(t)
   refused({ "accuracy", "--tune", "none.lua" }, "--tune none.lua: it returns no experiment", 2)
   refused({ "accuracy", "--tune", "small.lua", "--champion", "other.json" },
     "--champion other.json: its lattice is 3x2x1, the experiment's is 2x2x2", 2)
-  refused({ "accuracy", "--section", "rounding", "--out", "small.lua/x" }, "--out: ", 1)
+  refused({ "accuracy", "--section", "ranking", "--out", "small.lua/x" }, "--out: ", 1)
 end)
 
 return suite

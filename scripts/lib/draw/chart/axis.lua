@@ -72,10 +72,10 @@ local function linear(low, high, whole)
 end
 
 --- An axis that holds all `values`. A logarithmic one leaves out values up to 0 and spans half a
---- decade at least; `low` and `high` fix an end, `reversed` puts the high end first, and a linear
---- axis of `whole` numbers has ticks at whole numbers only.
+--- decade at least; `low` and `high` fix an end, and a linear axis of `whole` numbers has ticks at
+--- whole numbers only.
 ---@param options { label: string, linear: boolean|nil, low: number|nil, high: number|nil,
---- whole: boolean|nil, reversed: boolean|nil, text: nil|fun(value: number): string }
+--- whole: boolean|nil, text: nil|fun(value: number): string }
 ---@param values number[]
 ---@return limax.chart.axis
 function axis.new(options, values)
@@ -95,11 +95,6 @@ function axis.new(options, values)
     low, high = options.low or low / room, options.high or high * room
   end
   local place, ticks = (options.linear and linear or logarithmic)(low, high, options.whole)
-  if options.reversed then
-    local forwards = place
-    place = function(value) return 1 - forwards(value) end
-    for _, tick in ipairs(ticks) do tick.at = 1 - tick.at end
-  end
   if options.text then
     for _, tick in ipairs(ticks) do tick.text = tick.text and options.text(tick.value) end
   end

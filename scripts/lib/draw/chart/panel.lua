@@ -24,7 +24,7 @@ local MANY = 200
 ---@field color string
 ---@field dash number[]|"none"|nil px drawn and left out; "none" has markers only
 ---@field width number|nil px
----@field marker "dot"|"ring"|"square"|"diamond"|"wide ring"|"wider ring"|"none"|nil
+---@field marker "dot"|"ring"|"square"|"diamond"|"wide ring"|"none"|nil
 ---@field failures number[]|nil x of what failed
 
 ---@class limax.chart.band
@@ -144,9 +144,6 @@ local function draw_axes(place, far_left)
   end
 end
 
--- px: rings around a marker, so that several series show at one place
-local AROUND = { ["wide ring"] = 5.5, ["wider ring"] = 8 }
-
 --- Draws a marker.
 ---@param at number[] { x, y }
 ---@param kind string|nil a dot if left out
@@ -154,8 +151,9 @@ local AROUND = { ["wide ring"] = 5.5, ["wider ring"] = 8 }
 function panel.marker(canvas, at, kind, color, size)
   size = size or 3
   if kind == "none" then return end
-  if AROUND[kind] then
-    canvas:circle(at, AROUND[kind], { stroke = color, width = 1.2 })
+  if kind == "wide ring" then
+    -- around other markers, so that several series show at one place
+    canvas:circle(at, 5.5, { stroke = color, width = 1.2 })
   elseif kind == "ring" then
     canvas:circle(at, size, { fill = "#ffffff", stroke = color, width = 1.4 })
   elseif kind == "square" or kind == "diamond" then

@@ -16,7 +16,7 @@ local tune = require "limax.tools.bench.accuracy.tune"
 local accuracy = {}
 
 --- Sections in the order in which they run.
-accuracy.SECTIONS = { "work_precision", "rounding", "ranking", "evolutions" }
+accuracy.SECTIONS = { "work_precision", "ranking", "evolutions" }
 
 -- Sizes of the sections, in SI units. `reference`: step of the finest setting; `effort`: least wall
 -- time and runs of a trial; `seconds`: wall time of one round of one setting; `set`: overrides of
@@ -35,9 +35,6 @@ local LEAPFROG, EULER, XPBD = "leapfrog", "symplectic_euler", "xpbd"
 local QUICK = {
   work_precision = { lattice = { 4, 4, 4 }, steps = STEPS, reference = 2e-6,
     effort = { seconds = 0.1, runs = 3 } },
-  rounding = { lattice = { 3, 3, 3 }, duration = 0.4, reference = 2e-6,
-    steps = { 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5, 5e-6 },
-    distance = 20, moving_steps = { 2e-4, 1e-4 }, moving_reference = 5e-5, moving_bodies = 4 },
   ranking = { cases = 2, robots = 16, generations = 6, reference = 1e-5, seconds = 0.04,
     set = { "simulation.duration=1.5", "simulation.settle=0.3", "record={}" },
     settings = ranking.settings({ "preview", "evolve", "publish" }, {
@@ -69,9 +66,6 @@ end
 local FULL = {
   work_precision = { lattice = { 5, 5, 5 }, steps = FINER, reference = 2e-6,
     effort = { seconds = 2, runs = 20 } },
-  rounding = { lattice = { 4, 4, 4 }, duration = 0.4, reference = 2e-6, steps = FINER,
-    distance = 100, moving_steps = { 2e-4, 1e-4, 5e-5 }, moving_reference = 5e-5,
-    moving_bodies = 8 },
   ranking = { cases = 4, robots = 48, generations = 15, reference = 5e-6, seconds = 0.2,
     set = { "record={}" }, settings = ranking.settings(tiers.NAMES, all_settings()),
     -- some fitnesses read what their scripts record

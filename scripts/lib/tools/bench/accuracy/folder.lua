@@ -17,7 +17,6 @@ local WIDTH, HEIGHT = 320, 380
 -- Figures of a section.
 local FIGURES = {
   work_precision = { "work_precision" },
-  rounding = { "rounding" },
   ranking = { "elite_regret", "kendall_tau" },
   evolutions = { "evolutions" },
 }

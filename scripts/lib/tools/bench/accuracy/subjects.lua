@@ -70,15 +70,14 @@ for k, each in ipairs(SUBJECTS) do
 end
 
 --- The subject of a name, with `count` equal bodies.
----@param options { lattice: integer[], count: integer, duration: number|nil, number: integer|nil }
---- `number`: of the body, 1 if left out
+---@param options { lattice: integer[], count: integer, duration: number|nil }
 function subjects.get(name, options)
   local subject, materials = SUBJECTS[name], engine.materials "paper"
   local origin, index
   if name == "walk" then
     origin, index = walker(options.lattice)
   else
-    origin, index = bodies.population(materials, options.lattice, 1, { first = options.number }), 1
+    origin, index = bodies.population(materials, options.lattice, 1), 1
   end
   local population = engine.population { lattice = options.lattice, count = options.count }
   for robot = 1, options.count do

@@ -28,7 +28,6 @@ trial.PAPER = { integrator = "symplectic_euler", precision = "single", time_step
 ---@field duration number s
 ---@field settle number s
 ---@field position number[]|nil m
----@field velocity number[]|nil m/s
 ---@field place fun(simulation: limax.simulation, robot: integer)|nil places a robot's masses
 
 --- The finest setting: leapfrog in double.
@@ -58,12 +57,11 @@ end
 
 --- Options of a subject under a setting: integrator, precision, time_step, bound_fraction,
 --- time_step_most.
----@param record table<string, integer>|nil
-function trial.options(subject, setting, record)
+function trial.options(subject, setting)
   return { integrator = setting.integrator, precision = setting.precision,
     time_step = setting.time_step, bound_fraction = setting.bound_fraction,
     time_step_most = setting.time_step_most, duration = subject.duration, settle = subject.settle,
-    position = subject.position, velocity = subject.velocity, record = record }
+    position = subject.position }
 end
 
 --- A simulation of a subject, every robot placed.
