@@ -491,6 +491,10 @@ limax_status limax_simulation_advance(limax_simulation* simulation, double secon
  * once. `out` is [count]. */
 limax_status limax_simulations_advance(limax_simulation* const* simulations, int32_t count,
                                        double seconds, limax_progress* out);
+/* Begins with about `seconds` of steps of each simulation on its GPU and returns at once; the next
+ * call that needs their results waits for them. On the CPU nothing happens until then. */
+limax_status limax_simulations_begin(limax_simulation* const* simulations, int32_t count,
+                                     double seconds);
 const limax_outcome* limax_simulation_outcomes(const limax_simulation* simulation); /* [robot] */
 /* One robot's trace: samples so far, values per sample, and the data, [sample][width]; valid until
  * `_free`. Null data and 0 samples for a robot that was not simulated; LIMAX_INVALID_ARGUMENT if

@@ -31,6 +31,7 @@ return {
   scene = scene.scene,
   simulation = simulation.simulation,
   advance_together = simulation.advance_together,
+  begin_together = simulation.begin_together,
   random = random,
   pareto = pareto,
 

@@ -135,6 +135,28 @@ function methods:advance(seconds, steps)
   return progress_of(out)
 end
 
+-- The handles of a list of simulations, and their number.
+local function handles_of(what, simulations, seconds)
+  schema.demand(schema.table, simulations, what .. ": simulations")
+  schema.demand(any_number, seconds, what .. ": seconds")
+  if host.clock() > deadline then fault.raise(deadline_text) end
+  local handles = ffi.new("limax_simulation *[?]", #simulations)
+  for i, each in ipairs(simulations) do
+    handles[i - 1] = object.handle(("%s: simulations[%d]"):format(what, i), each, class)
+  end
+  return handles, #simulations
+end
+
+--- Begins with about `seconds` of steps of each simulation on its GPU and returns at once: the next
+--- call that needs their results waits for them. On the CPU nothing happens until then.
+---@param simulations limax.simulation[]
+---@param seconds number
+local function begin_together(simulations, seconds)
+  local what = "begin_together"
+  local handles, count = handles_of(what, simulations, seconds)
+  abi.check(C.limax_simulations_begin(handles, count, seconds), what)
+end
+
 --- Advances several simulations for about `seconds` of wall time in total, so that small ones share
 --- a device. Results are the same as when each is advanced by itself.
 ---@param simulations limax.simulation[]
@@ -142,15 +164,8 @@ end
 ---@return limax.progress[] of each
 local function advance_together(simulations, seconds)
   local what = "advance_together"
-  schema.demand(schema.table, simulations, what .. ": simulations")
-  schema.demand(any_number, seconds, what .. ": seconds")
-  if host.clock() > deadline then fault.raise(deadline_text) end
-  local count = #simulations
-  local handles = ffi.new("limax_simulation *[?]", count)
+  local handles, count = handles_of(what, simulations, seconds)
   local out = ffi.new("limax_progress[?]", count)
-  for i, each in ipairs(simulations) do
-    handles[i - 1] = object.handle(("%s: simulations[%d]"):format(what, i), each, class)
-  end
   abi.check(C.limax_simulations_advance(handles, count, seconds, out), what)
   local progress = {}
   for i = 1, count do progress[i] = progress_of(out[i - 1]) end
@@ -310,5 +325,5 @@ end
 
 return {
   class = class, simulation = simulation, options_of = options_of, limit_time = limit_time,
-  advance_together = advance_together,
+  advance_together = advance_together, begin_together = begin_together,
 }

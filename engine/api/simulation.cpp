@@ -26,9 +26,12 @@ using namespace limax::api;
     return use;
 }
 
-// Holds several simulations; refuses one that is null, listed twice or in use.
+// Holds several simulations for `seconds`; refuses one that is null, listed twice or in use.
 [[nodiscard]] std::vector<std::unique_lock<std::shared_mutex>> using_each(
-    limax_simulation* const* simulations, int32_t count) {
+    limax_simulation* const* simulations, int32_t count, double seconds) {
+    require("simulations", simulations);
+    limax::require_range("count", count, 0, 2147483647.0, "");
+    limax::require_range("seconds", seconds, 0, 1e6, "s");
     std::vector<const limax_simulation*> sorted(simulations, simulations + count);
     std::sort(sorted.begin(), sorted.end(), std::less<>());
     // a null comes first
@@ -165,13 +168,18 @@ limax_status limax_simulation_advance(limax_simulation* simulation, double secon
         *out = simulation->it->advance(seconds, steps);
     });
 }
+limax_status limax_simulations_begin(limax_simulation* const* simulations, int32_t count,
+                                     double seconds) {
+    return guard([&] {
+        const auto uses = using_each(simulations, count, seconds);
+        for (int32_t i = 0; i < count; ++i) simulations[i]->it->enqueue(seconds);
+    });
+}
 limax_status limax_simulations_advance(limax_simulation* const* simulations, int32_t count,
                                        double seconds, limax_progress* out) {
     return guard([&] {
-        require("simulations, out", simulations, out);
-        limax::require_range("count", count, 0, 2147483647.0, "");
-        limax::require_range("seconds", seconds, 0, 1e6, "s");
-        const auto uses = using_each(simulations, count);
+        require("out", out);
+        const auto uses = using_each(simulations, count, seconds);
         // what was sent to a GPU is collected even if another simulation fails
         std::exception_ptr failure;
         int32_t sent = 0;

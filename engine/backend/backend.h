@@ -73,8 +73,8 @@ public:
     // Of a robot's rigid block, [LIMAX_BLOCK_STATE]; refuses a scene without one.
     virtual void block(int32_t robot, double* out);
     // The same for several simulations at once: enqueue() may send about `seconds` of work to a
-    // device and return at once, collect() waits for it and returns the progress. Each
-    // enqueue() is followed by one collect(). Here all is done in collect().
+    // device and return at once, unless it did so before; collect() waits for it and returns the
+    // progress. Every other function waits too. Here all is done in collect().
     virtual void enqueue(double seconds) { enqueued_seconds_ = seconds; }
     virtual limax_progress collect() { return advance(enqueued_seconds_, 0); }
     // JSON object: what its steps run on. Alive until the next call.

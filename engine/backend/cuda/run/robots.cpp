@@ -42,6 +42,14 @@ public:
           local_(std::size_t(setup.count), -1) {
         for (std::size_t i = 0; i < robots_.size(); ++i) local_[robots_[i]] = int32_t(i);
     }
+    // What was sent to the GPU and not collected still uses the memory that ends here.
+    ~robots_on_gpu() override {
+        try {
+            if (slice_ > 0) stream_.synchronize("ending robots");
+        } catch (const cuda_error&) {
+        }
+    }
+    robots_on_gpu(const robots_on_gpu&) = delete;
 
     void wake() override;
     void sleep() override;
@@ -73,6 +81,7 @@ private:
     int64_t steps_in(double seconds) const;
     void enqueue_slice(int64_t most);
     void collect_slice();
+    void launch_steps(step_launch<R> launch, const measure_launch<R>& measure);
     void step_robots(const step_launch<R>& launch);
     int64_t most_steps_left() const;
     // Kinds of traces are those of limax_trace_kind: the block's is in its own record, and no

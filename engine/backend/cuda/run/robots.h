@@ -21,7 +21,7 @@ public:
     // Steps for about `seconds`, or `steps` of each robot when above 0.
     virtual void advance(double seconds, int64_t steps) = 0;
     // The same for others at the same time: enqueue() sends a slice of about `seconds` to the GPU
-    // and returns, collect() waits for it. Each enqueue() is followed by one collect().
+    // and returns, collect() waits for it. Nothing else is called in between.
     virtual void enqueue(double seconds) = 0;
     virtual void collect() = 0;
     // Every robot has ended.

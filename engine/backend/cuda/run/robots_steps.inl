@@ -17,8 +17,9 @@ int64_t robots_on_gpu<R>::steps_in(double seconds) const {
 template <class R>
 void robots_on_gpu<R>::enqueue(double seconds) {
     wake();
-    if (running_.empty() || interrupted()) return;
-    enqueue_slice(steps_in(seconds));
+    // finds how long a step takes
+    if (!(seconds_per_step_ > 0)) advance(0, first_steps);
+    if (!running_.empty() && !interrupted()) enqueue_slice(steps_in(seconds));
 }
 
 template <class R>
@@ -78,6 +79,21 @@ void robots_on_gpu<R>::step_robots(const step_launch<R>& launch) {
         on_grid(reinterpret_cast<float*>(exchange_.data()));
 }
 
+// Robots pause wherever the measure kernel has to take a sample: so often at most in a launch.
+template <class R>
+void robots_on_gpu<R>::launch_steps(step_launch<R> launch, const measure_launch<R>& measure) {
+    int64_t pauses = 0;
+    for (const int32_t i : running_)
+        for (int kind = 0; kind < sample_kinds; ++kind)
+            if (!taken_by_step(kind) && plans_[i].every[kind])
+                pauses = std::max(pauses, 1 + (launch.most + 1) / plans_[i].every[kind]);
+    for (int64_t k = 0; k <= pauses; ++k) {
+        step_robots(launch);
+        if (pauses > 0) scene_.launch_measure(gpu_, stream_, measure, unsigned(running_.size()));
+        launch.most = 0;
+    }
+}
+
 template <class R>
 void robots_on_gpu<R>::enqueue_slice(int64_t most) {
     slice_ = most;
@@ -95,7 +111,6 @@ void robots_on_gpu<R>::enqueue_slice(int64_t most) {
     launch.solids = {solids_.data(),        solid_marks_.data(),
                      solid_touches_.data(), solid_corners_.data(),
                      solid_after_.data(),   device_samples_[LIMAX_TRACE_BLOCK].data()};
-    launch.most = most;
     measure_launch<R> measure = scene_.template measure_arguments<R>();
     measure.records = launch.records;
     measure.running = launch.running;
@@ -108,17 +123,12 @@ void robots_on_gpu<R>::enqueue_slice(int64_t most) {
     for (int kind = 0; kind < sample_kinds; ++kind)
         launch.samples[kind] = measure.samples[kind] = device_samples_[kind].data();
 
-    // Robots pause wherever the measure kernel has to take a sample: so often at most in a slice.
-    int64_t pauses = 0;
-    for (const int32_t i : running_)
-        for (int kind = 0; kind < sample_kinds; ++kind)
-            if (!taken_by_step(kind) && plans_[i].every[kind])
-                pauses = std::max(pauses, 1 + (most + 1) / plans_[i].every[kind]);
     start_.record(stream_);
-    for (int64_t k = 0; k <= pauses; ++k) {
-        step_robots(launch);
-        if (pauses > 0) scene_.launch_measure(gpu_, stream_, measure, unsigned(running_.size()));
-        launch.most = 0;
+    // in launches that are short enough for other work on the GPU
+    const int64_t most_of_launch = std::min(most, steps_in(most_seconds));
+    for (int64_t sent = 0; sent < most; sent += most_of_launch) {
+        launch.most = std::min(most_of_launch, most - sent);
+        launch_steps(launch, measure);
     }
     end_.record(stream_);
     device_records_.download(records_.data(), records_.size(), stream_);

@@ -29,8 +29,10 @@ public:
 
     void advance(double seconds, int64_t steps);
     void enqueue(double seconds) {
-        enqueued_ = next_unfinished();
-        if (enqueued_) enqueued_->enqueue(seconds);
+        if (enqueued_) return;
+        gpu_robots* const next = next_unfinished();
+        if (next) next->enqueue(seconds);
+        enqueued_ = next;
     }
     void collect() {
         if (gpu_robots* sent = std::exchange(enqueued_, nullptr)) sent->collect();
@@ -118,8 +120,12 @@ public:
     const char* describe() override;
 
 private:
+    // The part of a robot, with all that was sent to its GPU collected.
     robot_batches* part_of(int32_t robot) const {
-        return gpu_of_[robot] < 0 ? nullptr : parts_[gpu_of_[robot]].get();
+        if (gpu_of_[robot] < 0) return nullptr;
+        robot_batches* const part = parts_[gpu_of_[robot]].get();
+        part->collect();
+        return part;
     }
     gpu_robots& simulated(int32_t robot);
     void on_all_gpus(const std::function<void(robot_batches&)>& work);
@@ -164,7 +170,10 @@ void cuda_simulation::on_all_gpus(const std::function<void(robot_batches&)>& wor
 }
 
 limax_progress cuda_simulation::advance(double seconds, int64_t steps) {
-    on_all_gpus([&](robot_batches& part) { part.advance(seconds, steps); });
+    on_all_gpus([&](robot_batches& part) {
+        part.collect();
+        part.advance(seconds, steps);
+    });
     return progress();
 }
 
@@ -233,6 +242,7 @@ const char* cuda_simulation::describe() {
     description_ = "{\"device\":\"cuda\"}";
     for (const auto& part : parts_)
         if (part) {
+            part->collect();
             description_ = part->wake_first().describe();
             break;
         }

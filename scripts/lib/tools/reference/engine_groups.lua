@@ -33,6 +33,7 @@ population  limax.engine.population { lattice = { 2, 1, 1 }, count = 1 }
 effects  limax.engine.effects()[1].summary
 scene  limax.engine.scene { gravity = true }
 simulation  limax.engine.simulation(robots, materials, scene, { duration = 0.1 })
+begin_together  limax.engine.begin_together({ simulation }, 0.01)
 advance_together  limax.engine.advance_together({ simulation }, 0.01)
 limit_time  limax.engine.limit_time(nil)
 random  limax.engine.random(1, 1, "user"):uniform()

@@ -164,6 +164,25 @@ TEST_CASE("a robot that no GPU has room for is refused, and nothing is lost") {
     on.check_given_back();
 }
 
+TEST_CASE("steps are sent to a GPU once, and collected by what needs them or at the end") {
+    if (!kernels_available()) return;
+    fake_gpus on(100000000);
+    {
+        const auto some = on.make(on.setup());
+        put_all(*some);
+        const int before = on.machine.fake->launches;
+        some->enqueue(0.1);
+        const int sent = on.machine.fake->launches;
+        CHECK(sent > before);
+        some->enqueue(0.1);
+        CHECK(on.machine.fake->launches == sent);
+        check_places(*some);
+        some->enqueue(0.1);
+        CHECK(on.machine.fake->launches > sent);
+    }
+    on.check_given_back();
+}
+
 TEST_CASE("GPUs share the robots, and what one of them refuses is raised") {
     if (!kernels_available()) return;
     fake_gpus on(100000000, 3);
