@@ -104,6 +104,16 @@ function failure.attempt(call, ...)
   return finish(xpcall(call, trace, ...))
 end
 
+--- Calls `call`, then `last`, also after an error or an interrupt, which it then raises.
+---@param last fun()
+---@param call fun()
+function failure.finally(last, call)
+  local uninterrupted, ok, problem, traceback = host.protect(failure.attempt, call)
+  last()
+  if not uninterrupted then error(ok, 0) end
+  if not ok then failure.raise_again(problem, traceback) end
+end
+
 -- user function -> how a message names it
 local names = setmetatable({}, { __mode = "k" })
 

@@ -27,15 +27,20 @@ local evolve = {}
 
 -- ---- the steps ----------------------------------------------------------------------------------
 
--- A generation from its fields: the genomes of `engine` become bodies, which the records get.
+-- A generation from its fields: the genomes of `engine` become bodies. A GPU steps them while the
+-- host describes them in the records, and writes the files of the generation before.
 local function express(run, fields)
   local began = host.clock()
   genes.express(run:rules_of_genes(fields), fields.engine)
-  body.add_records(fields.engine, fields.materials, fields.records)
-  fields.timing.express = host.clock() - began
   fields.repetition = run.repetition
   fields.archive = run.world.archive and run.world.archive:list()
-  return population.new(run.world, fields)
+  local robots = population.new(run.world, fields)
+  local expressed = host.clock()
+  if run.simulates_all then population.begin(robots) end
+  local begun = host.clock()
+  body.add_records(robots.engine, robots.materials, robots.records)
+  robots.timing.express = expressed - began + host.clock() - begun
+  return robots
 end
 
 -- Warns where a function of the script made only the first body.
@@ -118,12 +123,22 @@ end
 local function finish_generation(run, robots, choice)
   if robots ~= run.population or run.upcoming ~= nil then return end
   if not robots.scored_with then robots:score() end
-  mating.check_unchanged(robots, metrics.rank(robots.records), "the loop")
-  local last = run.history[#run.history]
-  if not last or last.generation < robots.generation then record.write(run, robots) end
+  if not run.simulates_all then
+    mating.check_unchanged(robots, metrics.rank(robots.records), "the loop")
+  end
+  local last, line = run.history[#run.history], nil
+  if not last or last.generation < robots.generation then line = record.enter(run, robots) end
   run.world.state = state.copy(run.world.state)
-  run.upcoming = budget.allows_another(run.config, robots.generation + 1, run.evaluations)
-    and next_generation(run, robots, choice)
+  -- what was scored is on disk before a language model is asked, and whatever breeding raises
+  local function write()
+    if line then record.write(run, robots, line) end
+    line = nil
+  end
+  if run.session then write() end
+  failure.finally(write, function()
+    run.upcoming = budget.allows_another(run.config, robots.generation + 1, run.evaluations)
+      and next_generation(run, robots, choice)
+  end)
 end
 
 -- ---- the loop -----------------------------------------------------------------------------------
@@ -182,6 +197,7 @@ end
 --- Runs all generations that are left. Returns the history.
 ---@return limax.generation[]
 function Run:finish()
+  self.simulates_all = true
   for robots in self:generations() do robots:simulate():score():breed() end
   return self.history
 end

@@ -58,7 +58,7 @@ for name in ([[ranked generation repetition parameters engine materials records 
     evaluations timing island state]]):gmatch "%S+" do
   FIELDS[name] = true
 end
-for name in ([[columns ledger scored_by scored_with state_text parents_scored_with supervision
+for name in ([[begun columns ledger scored_by scored_with state_text parents_scored_with supervision
     supervisor_failed parents]]):gmatch "%S+" do
   OF_LOOP[name] = true
 end
@@ -168,19 +168,38 @@ local function check_drive(robots, mask)
   end
 end
 
---- Simulates the robots that have no status yet, in each trial: all but the elites that keep their
---- score.
----@param on_progress? fun(progress: table)
----@return limax.population.scored self
-function Population:simulate(on_progress)
-  local world, mask, count = self.world, {}, 0
-  for i, record in ipairs(self.records) do
+-- Which robots have no status yet: all but the elites that keep their score; and how many.
+local function unsimulated(robots)
+  local mask, count = {}, 0
+  for i, record in ipairs(robots.records) do
     mask[i] = record.status == nil
     if mask[i] then count = count + 1 end
   end
+  return mask, count
+end
+
+-- s of steps that a GPU gets ahead: more than the host needs to write a generation
+local AHEAD = 0.25
+
+--- Begins to simulate a generation; a GPU goes on with it while the host does other work.
+---@param robots limax.population.scored which is then simulated as it is
+function population.begin(robots)
+  local began, mask, count = host.clock(), unsimulated(robots)
+  if count == 0 then return end
+  robots.begun = simulations_of(robots, mask, robots.materials)
+  engine.begin_together(robots.begun, AHEAD)
+  robots.timing.simulate = robots.timing.simulate + host.clock() - began
+end
+
+--- Simulates the robots that have no status yet, in each trial.
+---@param on_progress? fun(progress: table)
+---@return limax.population.scored self
+function Population:simulate(on_progress)
+  local world, mask, count = self.world, unsimulated(self)
   if count == 0 then return self end
   local began = host.clock()
-  local simulations = simulations_of(self, mask, self.materials)
+  local simulations = self.begun or simulations_of(self, mask, self.materials)
+  self.begun = nil
   world.advance(simulations, on_progress or world.on_progress)
   self.columns:settle(simulations, mask, world.config.trials ~= nil)
   for i, context in ipairs(self.contexts) do

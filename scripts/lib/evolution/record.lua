@@ -129,8 +129,9 @@ local function front_of(world, robots)
   return front.measure(list, measured.objectives, measured.reference)
 end
 
---- Writes a scored generation into history and folder.
-function record.write(run, robots)
+--- Adds a scored generation to the history, which its supervisor reads. Its traces end.
+---@return table line of metrics.jsonl
+function record.enter(run, robots)
   local line = metrics.measure(robots)
   line.schema = "limax.metrics/1"
   line.repetition, line.generation = robots.repetition, robots.generation
@@ -141,10 +142,16 @@ function record.write(run, robots)
   local archive = run.world.archive
   line.archive = archive and archive:measure()
   line.front = front_of(run.world, robots)
-  local packed = robots.columns:pack()
-  local entry = remember(run, line, robots.ledger)
-  entry.population = robots
+  remember(run, line, robots.ledger).population = robots
   run.evaluations = run.evaluations + line.evaluations
+  population.end_traces(robots, "its population was bred")
+  return line
+end
+
+--- Writes the newest generation of the history into the folder.
+---@param line table as from `enter`
+function record.write(run, robots, line)
+  local archive, packed = run.world.archive, robots.columns:pack()
   if not run.folder then
     run.packed[line.generation] = packed
   else
@@ -153,8 +160,7 @@ function record.write(run, robots)
       state = robots.state_text, archive = archive and archive:text(), engine = robots.engine,
       champion = robots[robots.ranked[1]]:table() }
   end
-  population.end_traces(robots, "its population was bred")
-  if run.on_generation then run.on_generation(entry, robots.timing) end
+  if run.on_generation then run.on_generation(run.history[#run.history], robots.timing) end
 end
 
 -- The newest populations of a run that is restored have their genomes.

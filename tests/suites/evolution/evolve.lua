@@ -303,6 +303,21 @@ suite:test("a run folder of an own loop agrees with its history", function(t)
   end
 end)
 
+suite:test("a generation begins before the last one is written, also after an error", function(t)
+  local order, real = {}, engine.begin_together
+  function engine.begin_together(...)
+    order[#order + 1] = "begins"
+    return real(...)
+  end
+  local ok, message = pcall(finished, { generations = 5, selection = function(robots)
+    if robots.generation == 2 then error "no choice" end
+    return 1, 2
+  end }, { on_generation = function(entry) order[#order + 1] = entry.generation end })
+  engine.begin_together = real
+  t:ok(not ok and tostring(message):find "no choice", message)
+  t:equal(order, { "begins", "begins", 0, "begins", 1, 2 })
+end)
+
 suite:test("history keeps bodies and measures, and drops genomes and traces", function(t)
   local history = finished { generations = 6 }
   local old, new = history[1].population[1], history[6].population[1]
