@@ -33,7 +33,7 @@ local FIELDS = { unit = true, rate = true, samples = true, columns = true }
 ---@type table<ffi.cdata*, { form: table, axis: integer, offset?: integer, [integer]: limax.view }>
 local states = setmetatable({}, { __mode = "k" })
 local class, methods = {}, strict.methods "view"
-local new_view, new_cells
+local new_view
 
 -- the life of views whose memory is their own
 local ENDLESS = { stamp = ffi.new("int32_t[1]", 1) }
@@ -124,7 +124,7 @@ end
 local function part(form, axis, offset)
   local self
   if form.range and axis == #form.shape then
-    self = new_cells(form, offset)
+    self = form.cells(form.data + offset, form.life.stamp, form.shape[axis], form.stamp)
     form.of_cells = form.of_cells or { form = form, axis = axis }
     states[self] = form.of_cells
   else
@@ -204,9 +204,9 @@ new_view = ffi.metatype("struct {}", class)
 
 -- ---- the last axis of a writable view -----------------------------------------------------------
 
--- The type of writable rows of an element type; their numbers are whole ones or any. Its fields are
--- read-only for scripts too.
-local function make_cells_type(element, integer)
+-- The type of writable rows of an element type and a range: compiled code then has its ends as
+-- constants. Its fields are read-only for scripts too.
+local function make_cells_type(element, least, most, integer)
   local cells = {}
   for name, method in pairs(class) do cells[name] = method end
   function cells:__index(key)
@@ -218,29 +218,24 @@ local function make_cells_type(element, integer)
   function cells:__newindex(key, value)
     -- also false for NaN
     if is_index(key, self.count_) and self.stamp_[0] == self.made_ and type(value) == "number"
-      and value >= self.least_ and value <= self.most_
-      and (not integer or value == math.floor(value)) then
+      and value >= least and value <= most and (not integer or value == math.floor(value)) then
       self.data_[key - 1] = value
     else
       refuse_write(states[self], key, value)
     end
   end
   return ffi.metatype(([[struct {
-    %s *const data_; const int32_t *const stamp_;
-    const double least_, most_; const int32_t count_, made_;
+    %s *const data_; const int32_t *const stamp_; const int32_t count_, made_;
   }]]):format(element), cells)
 end
 
--- by element type
-local cells_types = { integer = {}, number = {} }
+local cells_types = {}
 
--- The numbers from `offset` on; they are next to each other.
-function new_cells(form, offset)
-  local range, element = form.range, form.element
-  local kinds = range.integer and cells_types.integer or cells_types.number
-  kinds[element] = kinds[element] or make_cells_type(element, range.integer)
-  return kinds[element](form.data + offset, form.life.stamp, range.minimum, range.maximum,
-    form.shape[#form.shape], form.stamp)
+local function cells_type(element, range)
+  local key = ("%s %.17g %.17g %s"):format(element, range.minimum, range.maximum, range.integer)
+  cells_types[key] = cells_types[key]
+    or make_cells_type(element, range.minimum, range.maximum, range.integer)
+  return cells_types[key]
 end
 
 --- A view over memory of an object, which it keeps alive.
@@ -261,7 +256,7 @@ function view.new(owner, what, element, data, shape, options)
   local life = options.life or type(owner) == "table" and owner.life or ENDLESS
   return part({ what = what, data = data, element = element, shape = shape, strides = strides,
     life = life, stamp = life.stamp[0], owner = owner, fields = options.fields,
-    range = options.range }, 1, 0)
+    range = options.range, cells = options.range and cells_type(element, options.range) }, 1, 0)
 end
 
 --- Whether `value` is a view or a row of one.

@@ -96,7 +96,7 @@ archive.entries.novelty = {
     capacity = schema.number { value = 10000, unit = "robots", minimum = 1, maximum = 1e6,
       integer = true, note = "with 4096 robots novelty then takes 30 to 50 ms" },
   },
-  make = novelty.archive,
+  make = novelty,
 }
 
 --- pareto: the robots that no other robot of the run dominates in all objectives; beyond `capacity`

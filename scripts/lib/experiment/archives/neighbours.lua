@@ -79,7 +79,7 @@ function neighbours.new(points, dimensions)
     data = ffi.new("double[?]", math.max(count * stride, 1)), column = column,
     place = ffi.new("int32_t[?]", count + 1), start = ffi.new("int32_t[?]", slabs + 1, start),
     least = ffi.new("double[?]", slabs), most = ffi.new("double[?]", slabs),
-    no_group = ffi.new("double[?]", count + 1), query = ffi.new("double[?]", stride) }
+    query = ffi.new("double[?]", stride) }
   for k = 1, count do
     self.place[order[k]] = k - 1
     write(points[order[k]], axes, self.data, (k - 1) * stride)
@@ -130,14 +130,14 @@ end
 -- Searches from a sorted point to another one. Returns the number of neighbours so far.
 local function sweep(self, search, first, last, step)
   local data, stride, query = self.data, self.stride, search.query
-  local found, indices, group, skip = search.found, search.indices, search.group, search.skip
+  local found, indices = search.found, search.indices
   local count, most = search.count, search.most
   local limit = count == most and found[most - 1] or math.huge
   for at = first, last, step do
     local ahead = data[at * stride] - query[0]
     if ahead * ahead >= limit then break end
     local distance = squared_distance(data, at * stride, query, stride)
-    if distance < limit and group[at] ~= skip then
+    if distance < limit then
       count = insert(found, indices, count, most, distance, at)
       if count == most then limit = found[most - 1] end
     end
@@ -163,8 +163,6 @@ end
 ---@field most integer number of points that are wanted
 ---@field found ffi.cdata* double[most], gets the squared distances, the nearest first
 ---@field indices ffi.cdata* int32_t[most], gets the places among the sorted points, from 0
----@field group ffi.cdata* double[], of each sorted point; those whose group is `skip` are left out
----@field skip number
 ---@field count integer that was found
 
 --- Finds the nearest points.
@@ -190,7 +188,7 @@ end
 ---@return integer
 function Neighbours:nearest_to(point)
   self.one = self.one or { query = self.query + 0, most = 1, found = ffi.new("double[?]", 1),
-    indices = ffi.new("int32_t[?]", 1), group = self.no_group, skip = 1, count = 0 }
+    indices = ffi.new("int32_t[?]", 1), count = 0 }
   write(point, self.axes, self.query, 0)
   self:nearest(self.one)
   return self.order[self.one.indices[0] + 1]

@@ -4,8 +4,6 @@
 local ffi = require "ffi"
 local neighbours = require "limax.experiment.archives.neighbours"
 
-local novelty = {}
-
 -- Descriptors as distances measure them: a range counts as 1.
 local function scaled(values, descriptors)
   local point = {}
@@ -16,13 +14,9 @@ local function scaled(values, descriptors)
   return point
 end
 
---- Writes `novelty` into the records of robots with descriptors. A robot that is in the archive is
---- no neighbour of itself.
----@param records table[]
----@param rows limax.archive.row[]
----@param descriptors limax.measure[]
----@param k integer neighbours
-function novelty.write(records, rows, descriptors, k)
+-- Writes `novelty` into the records of robots with descriptors. A robot is no neighbour of itself,
+-- in the population or in the archive.
+local function write(records, rows, descriptors, k)
   local points, ids, record_of = {}, {}, {}
   for _, row in ipairs(rows) do
     points[#points + 1], ids[#ids + 1] = scaled(row.descriptors, descriptors), row.id
@@ -33,17 +27,19 @@ function novelty.write(records, rows, descriptors, k)
       record_of[#points] = record
     end
   end
-  local search = neighbours.new(points, #descriptors)
-  local group = ffi.new("double[?]", #points + 1)
-  for place = 1, #points do group[place - 1] = ids[search.order[place]] end
-  local one = { most = k, found = ffi.new("double[?]", k), indices = ffi.new("int32_t[?]", k),
-    group = group }
+  local search, most = neighbours.new(points, #descriptors), k + 2
+  local one = { most = most, found = ffi.new("double[?]", most),
+    indices = ffi.new("int32_t[?]", most) }
   for i = #rows + 1, #points do
-    one.query, one.skip = search.data + search.place[i] * search.stride, ids[i]
+    one.query = search.data + search.place[i] * search.stride
     search:nearest(one)
-    local sum, record = 0, record_of[i]
-    for n = 0, one.count - 1 do sum = sum + math.sqrt(one.found[n]) end
-    record.novelty = one.count > 0 and sum / one.count or 0
+    local record, sum, count = record_of[i], 0, 0
+    for n = 0, one.count - 1 do
+      if count < k and ids[search.order[one.indices[n] + 1]] ~= ids[i] then
+        sum, count = sum + math.sqrt(one.found[n]), count + 1
+      end
+    end
+    record.novelty = count > 0 and sum / count or 0
   end
 end
 
@@ -72,7 +68,7 @@ end
 ---@param options { descriptors: limax.measure[], k: integer, threshold?: number, add?: integer,
 --- capacity: integer }
 ---@return limax.archive.definition|string
-function novelty.archive(options)
+return function(options)
   if options.threshold and options.add then
     return "threshold and add: name one of the two rules by which robots enter"
   end
@@ -87,9 +83,7 @@ function novelty.archive(options)
   end
   return {
     descriptors = options.descriptors,
-    appraise = function(records, rows)
-      novelty.write(records, rows, options.descriptors, options.k)
-    end,
+    appraise = function(records, rows) write(records, rows, options.descriptors, options.k) end,
     choose = function(rows, _, candidates, random)
       local list = enter(candidates, random)
       for k = #list, options.capacity + 1, -1 do list[k] = nil end
@@ -97,5 +91,3 @@ function novelty.archive(options)
     end,
   }
 end
-
-return novelty
