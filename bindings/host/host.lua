@@ -30,6 +30,7 @@
 ---@field append fun(self: limax.host.writer, path: string, text: string): integer whole lines
 ---@field append_hashes fun(self: limax.host.writer, path: string, line: string): integer a sealed
 --- line, in which the hash of the lines that `write_lines` made before replaces 16 question marks
+---@field remove fun(self: limax.host.writer, path: string): integer a file, which may be missing
 ---@field wait fun(self: limax.host.writer, job?: integer): true|nil, string|nil waits until jobs up
 --- to this one, or all, are on disk
 ---@field done fun(self: limax.host.writer): integer number of jobs on disk

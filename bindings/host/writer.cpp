@@ -4,6 +4,7 @@
 
 #include <condition_variable>
 #include <cstdint>
+#include <cstdio>
 #include <deque>
 #include <exception>
 #include <mutex>
@@ -23,7 +24,7 @@ namespace {
 
 const char* const writer_type = "limax.writer";
 
-enum class task { write, write_lines, append, append_hashes };
+enum class task { write, write_lines, append, append_hashes, remove };
 
 struct job {
     std::string path;
@@ -35,7 +36,7 @@ struct job {
 // seals the line again.
 std::string completed(const std::string& line, const std::string& hash) {
     const std::string_view end = "}\n", unknown = "????????????????", seal = ",\"hash\":\"\"";
-    std::string text = line.substr(0, line.size() - end.size() - seal.size() - hash.size());
+    std::string text = line.substr(0, line.size() - end.size() - seal.size() - unknown.size());
     if (const std::size_t at = text.find(unknown); at != text.npos)
         text.replace(at, unknown.size(), hash);
     text += end;
@@ -106,6 +107,7 @@ public:
 private:
     void carry_out(const job& next) {
         switch (next.what) {
+            case task::remove: std::remove(next.path.c_str()); return;
             case task::write: return replace(next.path, next.bytes);
             case task::append: return append_lines(next.path, next.bytes);
             case task::append_hashes:
@@ -185,6 +187,10 @@ int lua_append_hashes(lua_State* L) {
         L, writer_argument(L).add({path_argument(L, 2), std::string(line), task::append_hashes}));
 }
 
+int lua_remove(lua_State* L) {
+    return push(L, writer_argument(L).add({path_argument(L, 2), {}, task::remove}));
+}
+
 int lua_wait(lua_State* L) {
     writer& target = writer_argument(L);
     const lua_Number number = luaL_optnumber(L, 2, static_cast<lua_Number>(target.added()));
@@ -222,6 +228,7 @@ void add_writer(lua_State* L) {
     add_function<lua_write_lines>(L, "write_lines");
     add_function<lua_append>(L, "append");
     add_function<lua_append_hashes>(L, "append_hashes");
+    add_function<lua_remove>(L, "remove");
     add_function<lua_wait>(L, "wait");
     add_function<lua_done>(L, "done");
     lua_setfield(L, -2, "__index");

@@ -138,7 +138,8 @@ local function plan(session, config)
       generations = folder.lines:last(r) + 1
       session.tally:add_earlier(r, function(visit) folder.lines:each_metrics(r, visit) end,
         function(generation)
-          return run_files.robots(folder:text("population", r, generation), "population")
+          if not folder:has_robots(r, generation) then return {} end
+          return run_files.robots(folder:lines_of(r, generation), "population")
         end)
     end
     session.generations = session.generations + generations

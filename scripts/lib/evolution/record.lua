@@ -100,7 +100,7 @@ function record.entries(run)
     records = function(generation)
       local packed = run.packed[generation]
       local text = packed and host.rows.lines(packed)
-        or run.folder:text("population", run.repetition, generation)
+        or run.folder:lines_of(run.repetition, generation)
       return run_files.robots(text, "generation " .. generation)
     end,
     build = function(entry, records) return old_population(run, entry, records) end,
@@ -165,7 +165,7 @@ end
 
 -- The newest populations of a run that is restored have their genomes.
 local function restore_genomes(run, entry, scores_valid)
-  local records = run_files.robots(run.folder:text("population", run.repetition, entry.generation),
+  local records = run_files.robots(run.folder:lines_of(run.repetition, entry.generation),
     "generation " .. entry.generation)
   local robots = rebuilt(run, entry, records, run:new_robots())
   robots.engine:set_genomes(run.folder:genomes_of(run.repetition, entry.generation))

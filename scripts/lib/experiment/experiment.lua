@@ -132,7 +132,7 @@ local rules = schema.fields {
   genome = with(rules_of(fields.genome), genome_fields),
   scene = anything,
   simulation = settings.simulation,
-  record = settings.record,
+  record = settings.record_of_experiment,
   population = schema.number(fields.experiment.population),
   generations = schema.number(fields.experiment.generations),
   evaluations = evaluations,
@@ -248,7 +248,13 @@ local function resolve(spec, origin)
   message = message or island_rules.problem(config, parts.survival)
   if message then return nil, message end
 
-  if spec.record == nil then
+  local kept = config.record.population
+  config.record.population, config.record_population = nil, kept ~= "all" and kept or nil
+  if kept == "best" and spec.archive ~= nil then
+    return nil, 'record.population: "best" keeps no genomes of the robots in an archive; expected'
+      .. ' "all" or "columns"'
+  end
+  if spec.record == nil or kept and next(spec.record, next(spec.record)) == nil then
     for kind, rate in pairs(defaults.record) do config.record[kind] = rate end
   end
   -- what a fitness of the library reads is recorded unless the script sets another rate

@@ -38,7 +38,16 @@ local function drop_after(folder, state, from)
   function state.keeps(at)
     return at.generation <= from or any and not damaged[at.repetition]
   end
-  for _, row in ipairs(state.rows) do last = math.max(last, row.generation) end
+  for _, row in ipairs(state.rows) do
+    last = math.max(last, row.generation)
+    local first = math.max(0, from - verify.RECENT + 1)
+    if row.recent and row.generation == from
+      and not folder:has_robots(row.repetition, first) then
+      failure.raise(2, ("--from %d: record.population = \"best\" keeps all robots of the newest %d"
+        .. " generations only, and going on needs those of generation %d; leave out --from, or"
+        .. " start again with record.population = \"columns\""):format(from, verify.RECENT, first))
+    end
+  end
   if from > last then
     failure.raise(2, ("--from %d: the last generation in %s is %d"):format(from, folder.path, last))
   end

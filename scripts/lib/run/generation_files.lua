@@ -1,10 +1,13 @@
 --- generation_files.lua: reads the files of one generation of a run: its robots, their genomes, the
---- state of the script, and what entered the archive.
+--- state of the script, and what entered the archive. Of a run that keeps only the best robots it
+--- removes the others when newer generations are complete.
 
 local ffi = require "ffi"
 
 local failure = require "limax.base.failure"
+local host = require "limax.host"
 local npy = require "limax.base.npy"
+local population_file = require "limax.run.population_file"
 local run_files = require "limax.settings.run_files"
 local source = require "limax.base.source"
 local verify = require "limax.run.verify"
@@ -18,14 +21,45 @@ local Files = {}
 local OPTIONAL = { state = true, archive = true }
 
 --- The text of a file that is complete; nil where the run wrote none.
----@param kind "population"|"genomes"|"champion"|"state"|"archive"
+---@param kind "genomes"|"champion"|"state"|"archive"
 ---@return string|nil
 ---@return string path
 function Files:text(kind, repetition, generation)
   self:settle()
   local path = self.path .. "/" .. verify.place(kind, repetition, generation)
   local text, message, missing = source.read(path)
-  if not text and not (missing and OPTIONAL[kind]) then failure.raise(1, message) end
+  if not text and not (missing and OPTIONAL[kind]) then
+    failure.raise(1, missing and self:without(path, repetition, generation) or message)
+  end
+  return text, path
+end
+
+-- Why a file of robots is not there, where the run keeps only the best ones; else nil.
+function Files:without(path, repetition, generation)
+  return self.config.record_population == "best" and ("%s is not kept: record.population = \"best\""
+    .. " keeps all robots of the newest %d generations only, and this reads those of generation %d"
+    .. " of repetition %d; \"all\" or \"columns\" keeps them"):format(path, verify.RECENT,
+    generation, repetition) or nil
+end
+
+--- Are all robots of a generation kept?
+---@return boolean
+function Files:has_robots(repetition, generation)
+  local function there(kind)
+    return host.file.exists(self.path .. "/" .. verify.place(kind, repetition, generation)) ~= nil
+  end
+  return there "columns" or there "population"
+end
+
+--- The lines of a generation's robots.
+---@return string
+---@return string path
+function Files:lines_of(repetition, generation)
+  self:settle()
+  local text, path, message, missing = population_file.read(self.path, repetition, generation)
+  if not text then
+    failure.raise(1, missing and self:without(path, repetition, generation) or message)
+  end
   return text, path
 end
 
@@ -44,7 +78,7 @@ end
 ---@return table<integer, table> records
 ---@return table<integer, ffi.cdata*> genomes float[genes]
 function Files:robots(repetition, generation, indices, genes)
-  local text, path = self:text("population", repetition, generation)
+  local text, path = self:lines_of(repetition, generation)
   local file = assert(io.open(self.path .. "/" .. verify.place("genomes", repetition, generation),
     "rb"))
   local size, wanted = genes * ffi.sizeof "float", {}
@@ -62,6 +96,21 @@ function Files:robots(repetition, generation, indices, genes)
   end
   file:close()
   return records, genomes
+end
+
+--- Notes that all robots of a generation are kept only until it is no longer one of the newest.
+function Files:note_recent(repetition, generation)
+  self.recent[repetition] = self.recent[repetition] or {}
+  self.recent[repetition][generation] = true
+end
+
+--- Removes the robots of such a generation, after the checkpoint of a later one.
+function Files:remove_recent(repetition, generation)
+  if not (self.recent[repetition] or {})[generation] then return end
+  for _, kind in ipairs { "recent_columns", "recent_genomes" } do
+    self.writer:remove(self.path .. "/" .. verify.place(kind, repetition, generation))
+  end
+  self.recent[repetition][generation] = nil
 end
 
 return Files

@@ -9,8 +9,8 @@ local run_configuration = {}
 
 -- Changing these does not affect scores.
 local UNSCORED = { breeding = true, evaluations = true, generations = true, name = true,
-  not_in_paper = true, repetitions = true, run = true, schema = true, selection = true,
-  supervision = true, supervisor = true, survival = true }
+  not_in_paper = true, record_population = true, repetitions = true, run = true, schema = true,
+  selection = true, supervision = true, supervisor = true, survival = true }
 
 -- Copies of the scripts, named by their path below the experiment's folder, or by the file's name.
 local function copies(experiment)

@@ -28,6 +28,7 @@ local view = require "limax.engine.view"
 ---@field writer limax.host.writer writes files asynchronously, in order
 ---@field pending { job: integer, checkpoint: table }[] checkpoints that are not on disk yet
 ---@field jobs table<integer, integer> the last job of a repetition's newest generation
+---@field recent table<integer, table<integer, true>> generations by repetition: see note_recent
 ---@field genomes limax.view|nil of the last written generation, whose memory is used again
 ---@field bytes table<string, integer> length of each file that grows, as far as it is written
 ---@field lines limax.run.lines finds the lines of those files
@@ -58,7 +59,7 @@ local function locked(path)
   writer, message = host.file.writer()
   if not writer then failure.raise(1, message) end
   local self = setmetatable({ path = path, lock = lock, writer = writer, pending = {},
-    jobs = {}, bytes = {}, lines = lines.new(path), scored = {} }, Folder)
+    jobs = {}, recent = {}, bytes = {}, lines = lines.new(path), scored = {} }, Folder)
   for _, name in ipairs(GROWING) do self.bytes[name] = 0 end
   return self
 end
@@ -149,9 +150,8 @@ end
 -- Appends the line of a generation to a file that grows. Returns its hash.
 function Folder:append(name, line)
   local text, path = host.json.encode(line) .. "\n", ("%s/%s.jsonl"):format(self.path, name)
-  if name == "hashes" then
-    -- the writer completes and seals it again
-    text = sealed.add(text)
+  if name == "hashes" then text = sealed.add(text) end
+  if line.population == UNKNOWN then
     self.writer:append_hashes(path, text)
   else
     self.writer:append(path, text)
@@ -181,7 +181,12 @@ function Folder:write_generation(written)
   end
   local champion, header = json(written.champion), npy.header("<f4", { robots.count, robots.genes })
   local bytes = ffi.sizeof(genomes)
-  self.writer:write_lines(self.path .. "/" .. place "population", written.robots)
+  local kept = self.config.record_population
+  if kept then
+    self:write_later(place "columns", written.robots)
+  else
+    self.writer:write_lines(self.path .. "/" .. place "population", written.robots)
+  end
   self:write_later(place "genomes", header, genomes, bytes)
   self:write_later(place "champion", champion)
   for _, kind in ipairs { "state", "archive" } do
@@ -191,8 +196,10 @@ function Folder:write_generation(written)
     end
   end
   local hashes = { schema = "limax.hashes/1", repetition = repetition, generation = generation,
-    scored_by = self.scored_by, population = UNKNOWN,
-    genomes = host.xxh3(header, genomes, bytes), champion = host.xxh3(champion),
+    scored_by = self.scored_by, population = not kept and UNKNOWN or nil,
+    [kept == "best" and "recent_columns" or "columns"] = kept and host.xxh3(written.robots) or nil,
+    [kept == "best" and "recent_genomes" or "genomes"] = host.xxh3(header, genomes, bytes),
+    champion = host.xxh3(champion),
     state = written.state and host.xxh3(written.state),
     archive = written.archive and host.xxh3(written.archive) }
 
@@ -210,6 +217,8 @@ function Folder:write_generation(written)
   local checkpoint = { schema = "limax.checkpoint/1", repetition = repetition,
     generation = generation, bytes = source.copy(self.bytes) }
   self.jobs[repetition] = self:write_later("checkpoint", sealed_json(checkpoint))
+  self:remove_recent(repetition, generation - verify.RECENT)
+  if kept == "best" then self:note_recent(repetition, generation) end
   table.insert(self.pending, { job = self.jobs[repetition], checkpoint = checkpoint })
   return host.clock() - began
 end
@@ -344,6 +353,7 @@ function Folder:index(state, keeps)
   for k, row in ipairs(state.rows) do
     if not keeps or keeps(row) then
       last, self.scored[row.repetition] = row, row.scored_by
+      if row.recent then self:note_recent(row.repetition, row.generation) end
       for name, offsets in pairs(state.offsets) do
         self.lines:add(name, row.repetition, row.generation, offsets[k])
       end

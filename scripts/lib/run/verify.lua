@@ -11,13 +11,24 @@ local verify = {}
 --- The files that grow by one line per generation; `hashes` has the hashes of the other lines.
 verify.GROWING = { "metrics", "ledger", "timing", "hashes" }
 
---- The files of one generation, as `hashes` names them; one that it does not name is not there.
+--- The files of one generation, as `hashes` names them; one that it does not name is not there. A
+--- run that keeps only the best robots has the recent ones of its newest generations only.
 verify.FILES = { population = { "population", ".jsonl" }, genomes = { "population", ".npy" },
-  champion = { "champions", ".json" }, state = { "state", ".json" },
-  archive = { "archive", ".jsonl" } }
+  columns = { "population", ".robots.npy" }, champion = { "champions", ".json" },
+  state = { "state", ".json" }, archive = { "archive", ".jsonl" },
+  recent_columns = { "population", ".robots.npy" }, recent_genomes = { "population", ".npy" } }
+
+--- How many newest generations have recent files: those whose robots a run that goes on reads.
+verify.RECENT = 3
+
+-- Is the file of this kind still there, when `last` is the newest generation?
+local function is_expected(kind, generation, last)
+  return not kind:find "^recent_" or generation > last - verify.RECENT
+end
 
 --- The path of a file of one generation in the run folder.
----@param kind "population"|"genomes"|"champion"|"state"|"archive"
+---@param kind "population"|"genomes"|"columns"|"champion"|"state"|"archive"|"recent_columns"|
+---"recent_genomes"
 function verify.place(kind, repetition, generation)
   local folder, ending = unpack(verify.FILES[kind])
   return ("r%02d/%s/g%04d%s"):format(repetition, folder, generation, ending)
@@ -37,6 +48,7 @@ end
 ---@field metrics string hash of its line in that file; likewise the next two
 ---@field ledger string
 ---@field timing string
+---@field recent boolean are all its robots kept only while it is one of the newest generations?
 
 ---@class limax.run.state
 ---@field checkpoint table|nil
@@ -95,11 +107,12 @@ local function each_line(state, path, name, visit)
   end
 end
 
-local function check_files(state, path, hashes)
+local function check_files(state, path, hashes, last)
   local repetition, generation = hashes.repetition, hashes.generation
   for kind in pairs(verify.FILES) do
     local file = verify.place(kind, repetition, generation)
-    local text = hashes[kind]
+    local text = hashes[kind] and (is_expected(kind, generation, last)
+      or host.file.exists(path .. "/" .. file))
       and read(state, path, file, { repetition = repetition, generation = generation })
     if text and host.xxh3(text) ~= hashes[kind] then
       table.insert(state.damage, { file = file, repetition = repetition, generation = generation,
@@ -110,7 +123,7 @@ end
 
 -- Rows from the lines of hashes.jsonl, and the damage of the files that these name.
 local function read_rows(state, path)
-  local last, k = {}, 0
+  local last, all, k = {}, {}, 0
   each_line(state, path, "hashes", function(text, at)
     k = k + 1
     local file, hashes, reason = ("hashes.jsonl, line %d"):format(k), open(text, "hashes")
@@ -128,13 +141,14 @@ local function read_rows(state, path)
             expected) })
       end
       last[hashes.repetition] = hashes.generation
-      check_files(state, path, hashes)
+      all[#all + 1] = hashes
       table.insert(state.rows, { repetition = hashes.repetition, generation = hashes.generation,
         scored_by = hashes.scored_by, metrics = hashes.metrics, ledger = hashes.ledger,
-        timing = hashes.timing })
+        timing = hashes.timing, recent = hashes.recent_columns ~= nil })
       state.offsets.hashes[#state.rows] = at
     end
   end)
+  for _, hashes in ipairs(all) do check_files(state, path, hashes, last[hashes.repetition]) end
 end
 
 -- Finds each row's line in a growing file. The lines of one repetition are in order; those of
@@ -301,7 +315,7 @@ function verify.missing(path, bytes)
         local row = host.json.decode(line)
         for kind in pairs(verify.FILES) do
           local one = path .. "/" .. verify.place(kind, row.repetition, row.generation)
-          if row[kind] and not host.file.exists(one) then
+          if row[kind] and not kind:find "^recent_" and not host.file.exists(one) then
             message = one .. " is gone: something else removed it while the run went on"
           end
         end

@@ -98,6 +98,9 @@ defaults.scene = { gravity = true, ground = true, friction = true, damping = tru
 --- Samples of the centre of mass per second, Hz: ten per period of the fastest usual gait (5 Hz).
 defaults.record = { center_of_mass = 50 }
 
+--- What a run folder keeps of each generation's robots; the first is the default.
+defaults.kept_robots = { "all", "columns", "best" }
+
 defaults.materials = "paper"
 defaults.encoding = "fourier"
 defaults.selection = { "tournament", size = 3 }

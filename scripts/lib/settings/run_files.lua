@@ -125,6 +125,7 @@ local rules = {
     record = required(complete(settings.record)), fitness = required(choice),
     selection = required(choice), survival = choice, state = choice, islands = schema.table,
     trials = schema.table, archive = choice,
+    record_population = schema.choice { "columns", "best" },
     supervisor = required(choice),
     not_in_paper = list(text, "a list of texts"),
     run = required(record {
@@ -181,8 +182,8 @@ local rules = {
       output_tokens = number, cost = number, fallen_back = schema.boolean() },
   }),
   hashes = line("hashes", { scored_by = text, metrics = required(text), ledger = required(text),
-    timing = required(text), population = text, genomes = text, champion = text, state = text,
-    archive = text }),
+    timing = required(text), population = text, genomes = text, columns = text, champion = text,
+    state = text, archive = text, recent_columns = text, recent_genomes = text }),
   checkpoint = line("checkpoint", { bytes = required(record { metrics = required(count),
     ledger = required(count), timing = required(count), hashes = required(count) }) }),
   archive = record {

@@ -86,8 +86,13 @@ for _, kind in ipairs(defaults.traces) do
   rates[kind] = schema.number(defaults.fields.record.rate)
 end
 
---- The rule of an experiment's `record`: samples per second of each trace, 0 for none.
+--- The rule of the traces in `record`: samples per second of each, 0 for none.
 settings.record = schema.fields(rates)
+
+local of_experiment = { population = schema.choice(defaults.kept_robots) }
+for kind, rule in pairs(rates) do of_experiment[kind] = rule end
+--- The rule of an experiment's `record`: also which robots its folder keeps.
+settings.record_of_experiment = schema.fields(of_experiment)
 
 local own_rates = {}
 for kind, rule in pairs(rates) do own_rates[kind] = optional(rule) end

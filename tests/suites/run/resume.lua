@@ -186,6 +186,55 @@ suite:test("a run with more generations has the bytes of a longer run", { limit 
   end
 end)
 
+-- Runs three generations, and then six, with another record.population.
+local function keeps(t, folder, script, kept)
+  completes(t, folder, { "run", script, "-q", "--out", kept, "--set", "generations=3", "--set",
+    "record.population=" .. kept })
+  completes(t, folder, { "run", "--resume", kept, "-q", "--changed", "--set", "generations=6" })
+  completes(t, folder, { "list", "--check", kept })
+  t:ok(source.read(folder .. "/" .. kept .. "/metrics.jsonl")
+    == source.read(folder .. "/all/metrics.jsonl"))
+end
+
+suite:test("columns hold what the lines hold, and a run goes on from them", { limit = 60 },
+  function(t)
+    local folder = t:folder()
+    write_experiment(folder, 6, 2)
+    completes(t, folder, { "run", "tiny.lua", "-q", "--out", "all" })
+    keeps(t, folder, "tiny.lua", "columns")
+    for _, name in ipairs { "/r01/population/g0000", "/r02/population/g0005" } do
+      local lines = source.read(folder .. "/all" .. name .. ".jsonl")
+      t:ok(host.rows.lines(source.read(folder .. "/columns" .. name .. ".robots.npy")) == lines)
+      t:ok(not host.file.exists(folder .. "/columns" .. name .. ".jsonl"))
+    end
+    completes(t, folder, { "report", "columns", "--no-robots" })
+    t:ok(source.read(folder .. "/columns/report.html"):find "line of better parents")
+  end)
+
+suite:test("a run that keeps the best robots goes on from its newest generations", { limit = 60 },
+  function(t)
+    local folder = t:folder()
+    assert(host.file.write_atomic(folder .. "/best.lua", [[
+      return require("limax").experiment { fitness = "distance", lattice = { 3, 3, 3 },
+        population = 8, generations = 6, repetitions = 1,
+        simulation = { duration = 0.3, settle = 0.1 },
+        supervisor = function(history)
+          local old = history[math.max(1, #history - 2)].population
+          return { mutation_scale = 0.1 + 0.01 * old[2].genome[3] }
+        end }]]))
+    completes(t, folder, { "run", "best.lua", "-q", "--out", "all" })
+    keeps(t, folder, "best.lua", "best")
+    local place = folder .. "/best/r01/"
+    t:equal(host.file.list(place .. "population"), { "g0003.npy", "g0003.robots.npy", "g0004.npy",
+      "g0004.robots.npy", "g0005.npy", "g0005.robots.npy" })
+    t:equal(#host.file.list(place .. "champions"), 6)
+    local refused = run(folder, { "run", "--resume", "best", "--from", "4" })
+    t:ok(refused.status == 2 and refused.stderr:find 'record.population = "best" keeps',
+      refused.stderr)
+    assert(host.file.remove(place .. "population/g0004.npy"))
+    t:ok(run(folder, { "list", "--check", "best" }).stdout:find "g0004.npy is missing")
+  end)
+
 -- Lets the fourth simulation of a population fail as on a GPU, if the environment asks for it.
 local BROKEN = [[
 local engine, failure = require "limax.engine", require "limax.base.failure"

@@ -99,7 +99,8 @@ local function client(options, context)
 end
 return limax.experiment {
   name = "talk", lattice = { 2, 2, 2 }, population = 4, generations = 4, repetitions = 1,
-  simulation = { duration = 0.1, settle = 0 }, record = {}, fitness = "distance",
+  simulation = { duration = 0.1, settle = 0 }, record = { population = "columns" },
+  fitness = "distance",
   supervision = { materials = true }, supervisor = { "llm", client = client, fallback = "fixed" },
 }
 ]]

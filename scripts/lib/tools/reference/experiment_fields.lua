@@ -65,6 +65,14 @@ local function traces()
   return list
 end
 
+local function recorded()
+  local list = traces()
+  table.insert(list, 1, { name = "population", type = one_of(defaults.kept_robots),
+    text = "of each generation: all, lines of all robots; columns, the same as one NumPy array;"
+      .. " best, only the champion, and all robots of the newest three generations, for resume" })
+  return list
+end
+
 local function ranges()
   local list = {}
   for i, limit in ipairs(ledger.limits(defaults.fields.experiment.population.value)) do
@@ -88,7 +96,8 @@ local function described()
     { name = "evaluations", unit = "robots",
       text = "largest number of robots that a repetition may simulate for a score" },
     { name = "scene", text = "the effects, each with true or its fields", fields = effects() },
-    { name = "record", text = "traces, samples per second", fields = traces() },
+    { name = "record", text = "traces, samples per second; and which robots the folder keeps",
+      fields = recorded() },
     { name = "genome", text = "the network that describes bodies", fields = list_of("genome",
       { name = "encoding", type = names_of "limax.encoding",
         text = "a name, a table with options, or a table of functions; each uses some fields" },

@@ -4,6 +4,7 @@
 local failure = require "limax.base.failure"
 local npy = require "limax.base.npy"
 local robot_of_genome = require "limax.experiment.robot_of_genome"
+local population_file = require "limax.run.population_file"
 local run_files = require "limax.settings.run_files"
 local runs = require "limax.tools.report.runs"
 local source = require "limax.base.source"
@@ -49,8 +50,13 @@ function earlier.robot(run, id)
       #run.lines * config.population))
   end
   check_encoding(run, config.genome.encoding)
-  local path = run.path .. "/" .. verify.place("population", run.repetition, generation)
-  local record = run_files.robots(source.read(path) or "", path)[index]
+  local text, path = population_file.read(run.path, run.repetition, generation)
+  if not text and config.record_population == "best" then
+    failure.raise(1, ("%s is not kept: record.population = \"best\" keeps the champions (%s/r%02d/"
+      .. "champions); \"all\" or \"columns\" keeps all robots"):format(path, run.path,
+      run.repetition))
+  end
+  local record = run_files.robots(text or "", path)[index]
   if not record or record.id ~= id then
     failure.raise(1, ("%s has no robot %d: the ids are those in %s"):format(run.path, id, path))
   end

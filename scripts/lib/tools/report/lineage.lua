@@ -1,10 +1,9 @@
 --- lineage.lua: the ancestors of a champion, from the parents in the population files, and the line
 --- from generation 0 through the better parent of each.
 
+local population_file = require "limax.run.population_file"
 local run_files = require "limax.settings.run_files"
 local runs = require "limax.tools.report.runs"
-local source = require "limax.base.source"
-local verify = require "limax.run.verify"
 
 local lineage = {}
 
@@ -19,8 +18,8 @@ local lineage = {}
 local function robots_of(run)
   local by_id = {}
   for _, line in ipairs(run.lines) do
-    local path = run.path .. "/" .. verify.place("population", run.repetition, line.generation)
-    for _, robot in ipairs(run_files.robots(source.read(path) or "", path)) do
+    local text, path = population_file.read(run.path, run.repetition, line.generation)
+    for _, robot in ipairs(run_files.robots(text or "", path)) do
       by_id[robot.id] = by_id[robot.id] or robot
     end
   end

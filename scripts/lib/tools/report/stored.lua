@@ -4,6 +4,7 @@
 local archive = require "limax.archive"
 local archived = require "limax.evolution.archived"
 local front = require "limax.experiment.front"
+local population_file = require "limax.run.population_file"
 local run_files = require "limax.settings.run_files"
 local sorting = require "limax.base.sorting"
 local source = require "limax.base.source"
@@ -42,16 +43,22 @@ local function definition_of(run, field, library)
     stored.spec_of(value))
 end
 
-local function file_of(run, kind, generation)
-  local path = run.path .. "/" .. verify.place(kind, run.repetition, generation)
+local function archive_file(run, generation)
+  local path = run.path .. "/" .. verify.place("archive", run.repetition, generation)
   return source.read(path) or "", path
+end
+
+-- The robots of a generation; none where the file is missing.
+local function robots_of(run, generation)
+  local text, path = population_file.read(run.path, run.repetition, generation)
+  return run_files.robots(text or "", path)
 end
 
 -- The rows of an archive at the end; `visit` is called with those after each generation.
 local function replay(run, definition, visit)
   local kept = archived.new(definition, run.config.seed, run.repetition)
   for _, line in ipairs(run.lines) do
-    kept:replay(line.generation, file_of(run, "archive", line.generation))
+    kept:replay(line.generation, archive_file(run, line.generation))
     if visit then visit(line.generation, kept.rows) end
   end
   return kept.rows
@@ -65,8 +72,7 @@ function stored.add_letters(run, rows)
   for _, at in ipairs(sorting.descending(scores)) do
     local row = rows[at]
     if count > MOST_LETTERS then return end
-    files[row.generation] = files[row.generation]
-      or run_files.robots(file_of(run, "population", row.generation))
+    files[row.generation] = files[row.generation] or robots_of(run, row.generation)
     local record = files[row.generation][row.index]
     row.letters = record and record.id == row.id and record.body.letters or nil
     count = count + #(row.letters or "")
@@ -104,7 +110,7 @@ end
 -- The scored robots of a generation as rows.
 local function population_rows(run, generation)
   local rows = {}
-  for k, record in ipairs(run_files.robots(file_of(run, "population", generation))) do
+  for k, record in ipairs(robots_of(run, generation)) do
     if record.objectives and record.fitness then
       rows[#rows + 1] = { id = record.id, generation = generation, index = k,
         fitness = record.fitness, objectives = record.objectives }
