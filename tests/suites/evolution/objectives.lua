@@ -175,7 +175,7 @@ end)
 suite:test("each resumes to the same bytes", function(t)
   evolution.resumes(t, { survival = { "nsga2", objectives = OBJECTIVES, reference = { 0, 9 } } })
   evolution.resumes(t, { survival = "map_elites",
-    archive = { "pareto", objectives = OBJECTIVES } }, { "r01/archive/g0004.jsonl" })
+    archive = { "pareto", objectives = OBJECTIVES, capacity = 3 } }, { "r01/archive/g0004.jsonl" })
   evolution.resumes(t, { survival = "age_fitness" })
   evolution.resumes(t, { survival = "age_fitness", islands = { count = 2, every = 2,
     migrants = 1 } })

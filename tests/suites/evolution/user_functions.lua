@@ -44,27 +44,6 @@ suite:test("a fitness sees the whole robot", function(t)
   t:equal(#history[2].population[1].cases, 2)
 end)
 
-suite:test("a selection draws the same numbers each time", function(t)
-  local function own(list)
-    return function(population, random)
-      list[#list + 1] = { random:integer(100), random:uniform(), random:normal() }
-      local r = population.ranked
-      t:equal(type(population[r[1]].body.hash), "string")
-      return r[1], r[#r]
-    end
-  end
-  local first, again = {}, {}
-  for _, list in ipairs { first, again } do
-    run(limax.experiment { fitness = "walk", selection = own(list) })
-  end
-  t:ok(#first > 0)
-  t:same_bits(again, first)
-end)
-
-suite:test("math.random raises", function(t)
-  t:raises("math.random", function() math.random() end)
-end)
-
 suite:test("a supervisor reads the history, and its proposals and reasons are kept", function(t)
   local function patient(history)
     local now, before = history[#history], history[#history - 2]

@@ -165,15 +165,6 @@ suite:test("a run that fails later keeps its generations and continues when repa
   t:equal(source.read(folder .. "/r/metrics.jsonl"), source.read(folder .. "/whole/metrics.jsonl"))
 end)
 
-suite:test("a selection that throws leaves a run that can be continued", function(t)
-  local folder = t:folder()
-  write_experiment(folder, 'fitness = "distance", selection = function() error "no choice" end')
-  local done = run(folder, { "run", "try.lua", "--out", "r" })
-  t:equal(done.status, 1)
-  t:ok(done.stderr:find "try.lua:%d+: no choice", done.stderr)
-  t:ok(done.stderr:find "continue with: [^\n]*limax run %-%-resume r", done.stderr)
-end)
-
 suite:test("the next free folder is taken and printed, one that is used is refused", function(t)
   local folder = t:folder()
   write_experiment(folder)
