@@ -13,7 +13,6 @@ local passes = require "limax.tools.console.passes"
 local progress = require "limax.tools.console.progress"
 local resume = require "limax.run.resume"
 local run_folder = require "limax.run.run_folder"
-local run_files = require "limax.settings.run_files"
 local script = require "limax.base.script"
 local shell = require "limax.base.shell"
 local tally = require "limax.tools.console.tally"
@@ -136,11 +135,7 @@ local function plan(session, config)
     local generations = 0
     if folder then
       generations = folder.lines:last(r) + 1
-      session.tally:add_earlier(r, function(visit) folder.lines:each_metrics(r, visit) end,
-        function(generation)
-          if not folder:has_robots(r, generation) then return {} end
-          return run_files.robots(folder:lines_of(r, generation), "population")
-        end)
+      folder.lines:each_metrics(r, function(line) session.tally:add(line) end)
     end
     session.generations = session.generations + generations
     session.limit = generations > 0 and budget.limit(config, generations) or session.limit
@@ -232,7 +227,7 @@ local function execute(session, experiment, arguments)
     end,
     on_progress = function(state) session.progress:robots(state) end,
     on_generation = function(entry, seconds)
-      session.tally:add(entry.repetition, entry.population.records)
+      session.tally:add(entry)
       session.progress:generation(entry, seconds)
     end }
   -- everything that the engine may refuse is tried before a folder is made

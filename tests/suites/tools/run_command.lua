@@ -113,19 +113,13 @@ end)
 suite:test("the text of a tally", function(t)
   local total = tally.new()
   local function last() return total:text():match "([^\n]*)\n$" end
-  local body = { size = { 1, 1, 1 }, mass = 1, counts = { bone = 1 } }
-  total:add(1, { { id = 1, origin = "initial", status = "done", fitness = 1, generation = 0,
-    body = body } })
-  t:equal(last(), "None of 1 robots failed.")
+  total:add { evaluations = 10, failed = { invalid = 0, diverged = 0, fitness = 0 } }
+  t:equal(last(), "None of 10 robots failed.")
   total:add_warning "robot 2 of generation 0 gets no score: the fitness returned nan"
   total:add_warning "robot 3 of generation 0 gets no score: the fitness returned inf"
-  total:add(1, {
-    { id = 2, origin = "initial", status = "failed", reason = "fitness" },
-    { id = 3, origin = "initial", status = "failed", reason = "fitness" },
-    { id = 4, origin = "initial", status = "invalid", reason = "no muscle" },
-  })
-  t:equal(last(), "3 of 4 robots failed: 2 by fitness (first: the fitness returned nan), "
-    .. "1 invalid (no muscle).")
+  total:add { evaluations = 10, failed = { invalid = 1, diverged = 0, fitness = 2 } }
+  t:equal(last(), "3 of 20 robots failed: 2 by fitness (first: the fitness returned nan), "
+    .. "1 invalid.")
 end)
 
 suite:test("slower passes than the processor has are reported", function(t)
