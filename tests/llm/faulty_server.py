@@ -26,7 +26,6 @@ import scenarios
 
 LOOPBACK = "127.0.0.1"
 PATIENCE = 60  # s: no connection outlives it
-KEPT = []  # sockets that stay open
 
 lock = threading.Lock()
 counts = {}
@@ -116,33 +115,11 @@ def certificates(folder):
     return made
 
 
-def swallow(family, host, port):
-    """A port whose queue is full: further connections are neither accepted nor refused."""
-    listener = socket.socket(family)
-    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-    listener.bind((host, port))
-    listener.listen(0)
-    KEPT.append(listener)
-    for _ in range(4):
-        waiting = socket.socket(family)
-        waiting.setblocking(False)
-        waiting.connect_ex(listener.getsockname()[:2])
-        KEPT.append(waiting)
-    return listener.getsockname()[1]
-
-
 def main():
     """Prints the ports and serves until the parent ends."""
     refused = socket.socket()  # bound, but does not listen
     refused.bind((LOOPBACK, 0))
-    ports = {"port": listen(), "refused": refused.getsockname()[1],
-             "blackhole": swallow(socket.AF_INET, LOOPBACK, 0)}
-    try:
-        # the same port over IPv6 leads nowhere
-        swallow(socket.AF_INET6, "::1", ports["port"])
-        ports["ipv6"] = True
-    except OSError:
-        pass
+    ports = {"port": listen(), "refused": refused.getsockname()[1]}
     if len(sys.argv) > 1:
         try:
             ports["tls"], ports["certificates"] = {}, certificates(sys.argv[1])

@@ -89,26 +89,16 @@ ALL = {
     "unreliable": unreliable,
     # connections and bodies that break off or never end; a reset may overtake what was sent
     "reset": lambda r: [RESET],
-    "reset_in_body": lambda r: [head(Content_Length=1000) + b'{"id": "half', 0.05, RESET],
     "silent": lambda r: [HOLD],
-    "slow_headers": lambda r: trickle(b"HTTP/1.1 200 OK\r\nX-Long: " + b"x" * 10000, 0.05),
     "slow_body": lambda r: itertools.chain([head(Content_Length=len(WHOLE))], trickle(WHOLE, 1)),
     "endless_headers": lambda r: endless(b"HTTP/1.1 200 OK\r\n", b"X-More: %s\r\n" % (b"y" * 1000)),
-    "endless_interim": lambda r: endless(b"", b"HTTP/1.1 100 Continue\r\n\r\n" * 20),
     "endless_body": lambda r: endless(CHUNKED, b"4000\r\n" + b"x" * 0x4000 + b"\r\n"),
-    "endless_events": lambda r: endless(
-        head(Content_Type="text/event-stream"),
-        b'data: {"choices": [{"delta": {"content": "a"}}]}\n\n', 0.01),
     "length_too_long": lambda r: [answer("200 OK", WHOLE, Content_Length=len(WHOLE) + 10)],
-    "length_too_short": lambda r: [answer("200 OK", WHOLE, Content_Length=len(WHOLE) - 10)],
-    "broken_chunks": lambda r: [CHUNKED + b"10\r\n0123456789abcdef\r\nnot a length\r\nxx\r\n"],
-    "chunks_break_off": lambda r: [CHUNKED + b"ffff\r\n{"],
     "no_http": lambda r: [b"\x00\x01\x02 this is not HTTP\r\n\r\n"],
     "gzip_bomb": lambda r: [answer(
         "200 OK", gzip.compress(b'{"a": "' + b" " * (64 << 20) + b'"}', 1),
         Content_Encoding="gzip")],
     "gzip_good": lambda r: [answer("200 OK", gzip.compress(WHOLE), Content_Encoding="gzip")],
-    "gzip_wrong": lambda r: [answer("200 OK", WHOLE, Content_Encoding="gzip")],
     # statuses, redirects and proxies
     "retry_after": lambda r: [
         error("503 Busy", "slow down", Retry_After="0.3") if r.number == 1 else good(r)],

@@ -126,19 +126,4 @@ suite:test("faces of a body are painted in order", { limit = 30 }, function(t)
   end
 end)
 
-suite:test("a plane cuts a polygon in two that make the whole", function(t)
-  local square = { points = { { 0, 0, 0 }, { 2, 0, 0 }, { 2, 2, 0 }, { 0, 2, 0 } },
-    edges = { true, true, true, true }, look = {} }
-  local front, behind = polygon.split(square, { 1, 0, 0 }, 0.5)
-  t:equal(front.points, { { 0.5, 0, 0 }, { 2, 0, 0 }, { 2, 2, 0 }, { 0.5, 2, 0 } })
-  -- the cut has no line
-  t:equal(front.edges, { true, true, true, false })
-  t:equal(behind.points, { { 0, 0, 0 }, { 0.5, 0, 0 }, { 0.5, 2, 0 }, { 0, 2, 0 } })
-  t:equal(behind.edges, { true, false, true, true })
-  t:equal({ polygon.split(square, { 1, 0, 0 }, 0.01, 0.02) }, { square })
-  t:equal(select(2, polygon.split(square, { 1, 0, 0 }, 1.99, 0.02)), square)
-  t:equal({ polygon.crossing(square, { 1, 0, 0 }, 0.5) }, { { 0.5, 0, 0 }, { 0.5, 2, 0 } })
-  t:equal(polygon.crossing(square, { 0, 0, 1 }, 1), nil)
-end)
-
 return suite

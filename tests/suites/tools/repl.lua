@@ -16,16 +16,6 @@ local function run(folder, words, input, environment)
   return output
 end
 
-suite:test("help finds classes by their words, and names the columns of traces", function(t)
-  for topic, expected in pairs { array = "array: Traces, genomes", view = "view is an array.",
-    proposal = "limax.proposal, a table", ["limax.population.scored"] = "is a population. What",
-    record = "energy, Hz: samples per second of this trace: kinetic, elastic, gravitational",
-    aray = 'no help on "aray"; did you mean "array"?' } do
-    local output = run(t:folder(), "", "?" .. topic .. "\n")
-    t:ok(output:find(expected, 1, true), output)
-  end
-end)
-
 suite:test("statements of many lines are run when they are complete", function(t)
   local lines = { "t = {" }
   for i = 1, 300 do lines[#lines + 1] = ('  { %d, "]%d" }, -- } end'):format(i, i) end

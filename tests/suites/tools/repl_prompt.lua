@@ -131,20 +131,6 @@ suite:test("history keeps whole statements, readable only by the user", function
   t:equal(second.steps[3].lines, { "> for i = 1, 2 do", "end" })
 end)
 
-suite:test("a long history is shortened to its newest entries", function(t)
-  local folder = t:folder()
-  local lines = {}
-  for i = 1, 11001 do lines[i] = "x = " .. i .. "\n" end
-  host.file.mkdir(folder .. "/state/limax")
-  process.write(folder .. "/state/limax/history", table.concat(lines))
-  typed.run(t, { prompt, line [["a\nb"]], leave }, { folder = folder })
-  local kept = process.read(folder .. "/state/limax/history")
-  if not host.line_editor then return end
-  t:equal(select(2, kept:gsub("\n", "")), 10001)
-  t:equal(kept:match "^[^\n]*", "x = 1002")
-  t:equal(kept:match "([^\n]*)\n$", [["a\\nb"]])
-end)
-
 suite:test("without libedit lines cannot be edited", function(t)
   if host.line_editor then t:skip "built with libedit" end
   local done = typed.run(t, { prompt, line "1 + 1", leave })

@@ -3,8 +3,6 @@
 
 local array_text = require "limax.tools.repl.array_text"
 local chunk = require "limax.tools.repl.chunk"
-local compare = require "limax.tools.repl.compare"
-local engine = require "limax.engine"
 local show = require "limax.tools.repl.show"
 local tokens = require "limax.tools.repl.tokens"
 
@@ -85,24 +83,3 @@ suite:test("a value with too many lines is shown with less depth", function(t)
   deep = { one = { two = { three = { 1, 2 } } } }
   t:equal(show.value(deep, style), "{ one = { two = { three = { 1, 2 } } } }")
 end)
-
-suite:test("compare without CUDA suggests alternatives", function(t)
-  if pcall(engine.device, "cuda") then t:skip "there is a GPU here" end
-  local robot = require("limax").robot { voxels = "ecs" }
-  local message = t:raises("compare: device 'cuda': ", function()
-    compare.compare(robot, "cpu", "cuda")
-  end)
-  t:ok(message:find('such as compare(robot, "cpu", { precision = "double" }); limax doctor reports',
-    1, true), message)
-  t:ok(not message:find("use 'cpu' or 'auto'", 1, true), message)
-end)
-
-suite:test("compare shows the difference of two devices", { devices = "cuda", limit = 60 },
-  function(t)
-    local robot = require("limax").robot { voxels = "ecs\nece" }
-    local both = compare.compare(robot, "cpu", "cuda", { duration = 0.1, settle = 0 })
-    -- effect of rounding in a short time on the ground: bench/agreement.lua
-    t:near(both.distance, 0, { atol = 1e-3 })
-    t:equal(both.steps, 0)
-    t:ok(tostring(both):find "^ +cpu +cuda +difference\n", tostring(both))
-  end)

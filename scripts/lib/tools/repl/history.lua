@@ -8,9 +8,6 @@ local source = require "limax.base.source"
 
 local history = {}
 
--- the file is shortened to so many entries once it has a tenth more
-local MAX_ENTRIES = 10000
-
 -- the file; nil: nothing is saved
 local path
 -- the newest entry
@@ -29,17 +26,6 @@ local function check(done, message)
   output.warn("limax: the history is not saved: ", message, "\n")
 end
 
--- Replaces the file by one with only the newest entries.
-local function shorten(entries)
-  local lines = {}
-  for i = #entries - MAX_ENTRIES + 1, #entries do lines[#lines + 1] = encode(entries[i]) end
-  local part = path .. ".part"
-  host.file.remove(part)
-  local done, message = host.file.append(part, table.concat(lines), true)
-  if done then done, message = host.file.rename(part, path) end
-  check(done, message)
-end
-
 --- The entries of earlier sessions of this user, oldest first.
 function history.open()
   local state, home = os.getenv "XDG_STATE_HOME", os.getenv "HOME"
@@ -55,7 +41,6 @@ function history.open()
   local text, message = source.read(path)
   check(text, message)
   for line in (text or ""):gmatch "[^\n]+" do entries[#entries + 1] = decode(line) end
-  if #entries > 1.1 * MAX_ENTRIES then shorten(entries) end
   return entries
 end
 
