@@ -4,7 +4,6 @@
 
 local ffi = require "ffi"
 local bit = require "bit"
-local new_table = require "table.new"
 local abi = require "limax.engine.abi"
 local fault = require "limax.engine.fault"
 local materials = require "limax.engine.materials"
@@ -109,29 +108,48 @@ function methods:voxels(i)
     { strides = { 1, n[1], n[1] * n[2] }, life = self.bodies_life })
 end
 
---- The voxels of robot i as text: a letter for each, lines along x, an empty line between layers,
---- the lowest first.
----@param i integer|nil a list of the texts of all robots if left out
----@param letters string of all materials, the empty one first
----@return string|string[]
-function methods:text(i, letters)
-  local what = "population:text"
-  local handle = object.handle(what, self, class)
-  local first, count = i and schema.index(what, i, self.count) - 1 or 0, i and 1 or self.count
-  schema.demand(schema.string, letters, what .. ": letters")
-  local n, texts = self.extent, {}
+-- The voxels of some robots as texts, and the size of each, with a line end and a zero byte at its
+-- end.
+local function texts_of(self, handle, first, count, letters)
+  local n = self.extent
   local all = ffi.new("char[?]", C.LIMAX_MAX_MATERIALS, letters)
-  -- a line end and a zero byte end each
   local size = (n[1] + 1) * n[2] * n[3] + n[3]
   local out = ffi.new("char[?]", math.max(1, count * size))
-  abi.check(C.limax_population_text(handle, first, count, all, out), what)
-  for k = 1, count do
-    texts[k] = ffi.string(out + (k - 1) * size, size - 2)
-    if texts[k]:find("%z") then
-      schema.refuse(what .. ": letters", "a letter for each material", letters)
-    end
+  abi.check(C.limax_population_text(handle, first, count, all, out), "population:text")
+  return out, size
+end
+
+--- The voxels of robot i as text: a letter for each, lines along x, an empty line between layers,
+--- the lowest first.
+---@param i integer
+---@param letters string of all materials, the empty one first
+---@return string
+function methods:text(i, letters)
+  local what = "population:text"
+  local handle, first = object.entry(what, self, class, i)
+  schema.demand(schema.string, letters, what .. ": letters")
+  local out, size = texts_of(self, handle, first, 1, letters)
+  local text = ffi.string(out, size - 2)
+  if text:find("%z") then
+    schema.refuse(what .. ": letters", "a letter for each material", letters)
   end
-  return i and texts[1] or texts
+  return text
+end
+
+--- The same of all robots, in memory.
+---@param self limax.population
+---@param letters string
+---@return ffi.cdata* char[count][size], each with a line end and a zero byte at its end
+---@return integer size
+function class.texts(self, letters)
+  return texts_of(self, object.handle("texts", self, class), 0, self.count, letters)
+end
+
+--- What is known about the bodies of all robots.
+---@param self limax.population
+---@return ffi.cdata* limax_body[count], of the engine
+function class.shapes(self)
+  return C.limax_population_bodies(object.handle("shapes", self, class))
 end
 
 -- Ends all views of bodies.
@@ -192,14 +210,12 @@ end
 
 --- What is known about the body of robot i after `express` or `check`.
 ---@param i integer
----@param keys string[]|nil of `counts`, in place of 1, 2, ...
 ---@return limax.body
-function methods:body(i, keys)
+function methods:body(i)
   local handle, robot = object.entry("population:body", self, class, i)
   local body = C.limax_population_bodies(handle) + robot
-  local count = self.materials_count
-  local counts = keys and new_table(0, count) or new_table(count, 0)
-  for m = 1, count do counts[keys and keys[m] or m] = body.counts[m - 1] end
+  local counts = {}
+  for m = 1, self.materials_count do counts[m] = body.counts[m - 1] end
   return {
     status = names.body_status.text[body.status], voxels = body.voxels, counts = counts,
     masses = body.masses, springs = body.springs, hash = bit.tohex(body.hash, 16),

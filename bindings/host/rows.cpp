@@ -76,11 +76,16 @@ std::string header_of(const std::vector<field>& fields, std::size_t rows) {
     return header + text;
 }
 
+// In place of a type: a whole number in memory that becomes a text of 16 digits.
+constexpr std::string_view hexadecimal = "hexadecimal";
+constexpr std::size_t hexadecimal_digits = 16;
+
 // A field and where its values come from: memory, or values of a list of Lua by row.
 struct source {
     field is;
     const char* memory = nullptr;
     std::size_t stride = 0;
+    bool is_hexadecimal = false;
     int list = 0;   // the stack's index
     int first = 0;  // keys of the field's table from this one on lead into an entry of the list
     int last = -1;
@@ -129,6 +134,12 @@ void put_value(lua_State* L, const field& is, char* to) {
 void put_memory(const source& from, std::size_t row, char* to) {
     const field& is = from.is;
     const char* const at = from.memory + row * from.stride;
+    if (from.is_hexadecimal) {
+        const auto value = read<std::uint64_t>(at);
+        for (std::size_t k = 0; k < hexadecimal_digits; ++k)
+            to[k] = "0123456789abcdef"[value >> (60 - 4 * k) & 15];
+        return;
+    }
     std::memcpy(to, at, is.bytes());
     if (is.kind != type::number) return;
     bool finite = true;
@@ -175,6 +186,8 @@ source source_of(lua_State* L) {
     std::string_view kind = text_at(L, get(2));
     from.is.is_list = kind.ends_with("[]");
     if (from.is.is_list) kind.remove_suffix(2);
+    from.is_hexadecimal = kind == hexadecimal;
+    if (from.is_hexadecimal) kind = type_names[static_cast<int>(type::text)];
     const auto found = std::find(std::begin(type_names), std::end(type_names), kind);
     if (found == std::end(type_names)) throw std::runtime_error("rows: an unknown type");
     from.is.kind = static_cast<type>(found - std::begin(type_names));
@@ -188,7 +201,9 @@ source source_of(lua_State* L) {
     from.memory = static_cast<const char*>(lua_topointer(L, from.list)) +
                   static_cast<std::size_t>(lua_tonumber(L, get(4)));
     from.stride = static_cast<std::size_t>(lua_tonumber(L, get(5)));
-    if (from.is.is_list) from.is.count = static_cast<std::size_t>(lua_tonumber(L, get(6)));
+    const auto count = static_cast<std::size_t>(lua_tonumber(L, get(6)));
+    if (from.is.is_list) from.is.count = count;
+    if (from.is.kind == type::text) from.is.size = from.is_hexadecimal ? hexadecimal_digits : count;
     return from;
 }
 

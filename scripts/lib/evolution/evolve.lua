@@ -3,7 +3,6 @@
 --- in, and not the run. Every random number is a function of (seed, repetition, generation, robot):
 --- a run can stop after any generation and continue with the same bits.
 
-local body = require "limax.robot.body"
 local budget = require "limax.experiment.budget"
 local columns = require "limax.robot.columns"
 local experiments = require "limax.experiment.experiment"
@@ -38,7 +37,7 @@ local function express(run, fields)
   local expressed = host.clock()
   if run.simulates_all then population.begin(robots) end
   local begun = host.clock()
-  body.add_records(robots.engine, robots.materials, robots.records)
+  robots.columns.bodies:describe(robots.engine, robots.materials)
   robots.timing.express = expressed - began + host.clock() - begun
   return robots
 end

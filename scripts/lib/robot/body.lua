@@ -157,8 +157,13 @@ function body.letters(population, i, materials)
   return population:text(i, body.facts(materials).letters)
 end
 
--- Mass of a body, kg: each used site has the mean of its voxels' mass_per_site.
-local function mass_of(population, i, masses, facts)
+--- Mass of body i, kg: each used site has the mean of its voxels' mass_per_site.
+---@param population limax.population
+---@param i integer
+---@param masses integer of the body
+---@param facts table
+---@return number
+function body.mass(population, i, masses, facts)
   if facts.same then return masses * facts.same end
   local voxels, total = population:voxels(i):table(), 0
   for x = 1, #voxels + 1 do
@@ -188,13 +193,6 @@ end
 ---@field counts table<string, integer> voxels of each material, empty ones included
 ---@field mass number kg
 
-local function record_of(population, i, letters, facts)
-  local shape = population:body(i, facts.names)
-  return { letters = letters, hash = shape.hash, voxels = shape.voxels, masses = shape.masses,
-    springs = shape.springs, size = shape.size, counts = shape.counts,
-    mass = mass_of(population, i, shape.masses, facts) }
-end
-
 --- What a record keeps of one robot's body.
 ---@param population limax.population
 ---@param i integer
@@ -202,19 +200,11 @@ end
 ---@return limax.body.record
 function body.record(population, i, materials)
   local facts = body.facts(materials)
-  return record_of(population, i, population:text(i, facts.letters), facts)
-end
-
---- Adds the bodies of all robots to records that have none yet.
----@param population limax.population
----@param materials limax.materials
----@param records table[]
-function body.add_records(population, materials, records)
-  local facts = body.facts(materials)
-  local texts = population:text(nil, facts.letters)
-  for i, record in ipairs(records) do
-    record.body = record.body or record_of(population, i, texts[i], facts)
-  end
+  local shape, counts = population:body(i), {}
+  for m, name in ipairs(facts.names) do counts[name] = shape.counts[m] end
+  return { letters = population:text(i, facts.letters), hash = shape.hash,
+    voxels = shape.voxels, masses = shape.masses, springs = shape.springs, size = shape.size,
+    counts = counts, mass = body.mass(population, i, shape.masses, facts) }
 end
 
 -- ---- what a script sees -------------------------------------------------------------------------

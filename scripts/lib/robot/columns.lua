@@ -4,6 +4,7 @@
 
 local ffi = require "ffi"
 
+local body_columns = require "limax.robot.body_columns"
 local choice = require "limax.base.choice"
 local host = require "limax.host"
 local outcome = require "limax.engine.outcome"
@@ -12,6 +13,8 @@ local robot_trials = require "limax.robot.robot_trials"
 ---@class limax.columns
 ---@field count integer robots
 ---@field rows limax.row[]
+---@field bodies limax.body_columns
+---@field parents ffi.cdata* int64_t[count][2] ids, -1 for none
 ---@field outcomes ffi.cdata*[] limax_outcome[count] of each trial, or of the only simulation
 ---@field has_trials boolean do the records hold the outcomes of trials?
 local Columns = {}
@@ -22,10 +25,14 @@ local columns = {}
 -- What a simulation and a fitness give, and the rest.
 local OF_SCORE = { "fitness", "cases", "measures", "descriptors", "objectives", "novelty",
   "status", "reason" }
-local OTHERS = { "id", "generation", "origin", "island", "age", "step_size", "body" }
-local LISTS = {}
+local OTHERS = { "id", "generation", "origin", "island", "age", "step_size" }
+local SCHEMA_TEXT = "limax.population/1"
+local SCHEMA = ffi.new("char[?]", #SCHEMA_TEXT, SCHEMA_TEXT)
+local LISTS, NAMES = {}, {}
 for _, list in ipairs { OF_SCORE, OTHERS } do
-  for _, name in ipairs(list) do LISTS[name] = true end
+  for _, name in ipairs(list) do
+    LISTS[name], NAMES[#NAMES + 1] = true, name
+  end
 end
 
 -- ---- rows ---------------------------------------------------------------------------------------
@@ -34,11 +41,18 @@ end
 local Row = {}
 
 -- What is made of the columns when it is read.
-local made = {}
+local made, MADE = {}, { "parents", "body", "outcome", "trials" }
 
 function made.parents(all, i)
-  return host.json.array { all.first_parents[i], all.second_parents[i] }
+  local list, ids = host.json.array {}, all.parents
+  for k = 1, 2 do
+    local id = tonumber(ids[2 * i - 3 + k])
+    if id >= 0 then list[k] = id end
+  end
+  return list
 end
+
+function made.body(all, i) return all.bodies:table(i) end
 
 -- A robot that diverged may have passed a moment with numbers that are not finite. No file can hold
 -- them: they are left out.
@@ -67,8 +81,7 @@ end
 
 function Row:__index(name)
   local all, i = self[1], self[2]
-  local list = all[name]
-  if LISTS[name] then return list[i] end
+  if LISTS[name] then return all[name][i] end
   if not made[name] then return nil end
   local value = made[name](all, i)
   rawset(self, name, value)
@@ -82,9 +95,9 @@ end
 
 -- The fields of a row as a table of its own.
 local function plain(row)
-  local copy = { schema = "limax.population/1" }
-  for name in pairs(LISTS) do copy[name] = row[name] end
-  for name in pairs(made) do copy[name] = row[name] end
+  local copy = { schema = SCHEMA_TEXT }
+  for _, name in ipairs(NAMES) do copy[name] = row[name] end
+  for _, name in ipairs(MADE) do copy[name] = row[name] end
   return copy
 end
 
@@ -92,7 +105,7 @@ function Row:__pairs() return next, plain(self) end
 
 -- Forgets what was made of a row's columns.
 local function changed(row)
-  for name in pairs(made) do rawset(row, name, nil) end
+  for _, name in ipairs(MADE) do rawset(row, name, nil) end
 end
 
 --- A robot's record as a table of its own, which keeps no generation in memory.
@@ -110,9 +123,10 @@ end
 ---@param count integer robots
 ---@return limax.columns
 function columns.new(count)
-  local self = { count = count, rows = {}, outcomes = {}, has_trials = false, first_parents = {},
-    second_parents = {} }
-  for name in pairs(LISTS) do self[name] = {} end
+  local self = { count = count, rows = {}, outcomes = {}, has_trials = false,
+    bodies = body_columns.new(count), parents = ffi.new("int64_t[?]", 2 * count) }
+  ffi.fill(self.parents, ffi.sizeof(self.parents), 0xff) -- none: -1
+  for _, name in ipairs(NAMES) do self[name] = {} end
   for i = 1, count do self.rows[i] = setmetatable({ self, i }, Row) end
   return setmetatable(self, Columns)
 end
@@ -142,7 +156,7 @@ end
 ---@param first? integer id
 ---@param second? integer id
 function Columns:set_parents(i, first, second)
-  self.first_parents[i], self.second_parents[i] = first, second
+  self.parents[2 * i - 2], self.parents[2 * i - 1] = first or -1, second or -1
   changed(self.rows[i])
 end
 
@@ -159,14 +173,16 @@ end
 --- Copies a record, a row or a plain one, into row i.
 ---@param record table
 function Columns:copy(i, record)
-  for name in pairs(LISTS) do self[name][i] = record[name] end
+  for _, name in ipairs(NAMES) do self[name][i] = record[name] end
   self:set_parents(i, record.parents[1], record.parents[2])
   local from = columns.of(record)
   if from then
     self:expect(#from.outcomes, from.has_trials)
     for k, all in ipairs(from.outcomes) do self.outcomes[k][i - 1] = all[record[2] - 1] end
+    self.bodies:copy(i, from.bodies, record[2])
     return
   end
+  if record.body then self.bodies:write(i, record.body) end
   local trials = record.trials or { record.outcome }
   self:expect(#trials, record.trials ~= nil)
   for k, each in ipairs(trials) do outcome.write(self.outcomes[k][i - 1], each) end
@@ -218,21 +234,7 @@ local function escaped(name)
   end))
 end
 
-local BODY = { { "hash", "|S" }, { "letters", "|S" }, { "mass", "<f8" }, { "masses", "<i4" },
-  { "size", "<i4[]" }, { "springs", "<i4" }, { "voxels", "<i4" } }
-
--- The fields of the bodies, and of the outcomes of simulation k.
-local function body_fields(self)
-  local list = {}
-  for _, name in ipairs(choice.sorted_keys(self.body[1].counts)) do
-    list[#list + 1] = { "body.counts." .. escaped(name), "<i4", self.body, "counts", name }
-  end
-  for _, each in ipairs(BODY) do
-    list[#list + 1] = { "body." .. each[1], each[2], self.body, each[1] }
-  end
-  return list
-end
-
+-- The fields of the outcomes of simulation k.
 local function outcome_fields(self, k, prefix)
   local states, reasons, all = {}, {}, self.outcomes[k]
   for i = 1, self.count do states[i], reasons[i] = outcome.status(all[i - 1]) end
@@ -257,18 +259,14 @@ end
 --- The population file as a NumPy array of records, of which `host.rows.lines` makes the lines.
 ---@return string bytes of a .npy file
 function Columns:pack()
-  local fields, schemas, parents = {}, {}, {}
-  for i = 1, self.count do
-    schemas[i] = "limax.population/1"
-    parents[i] = { self.first_parents[i], self.second_parents[i] }
-  end
+  local fields = {}
   local function add(list)
     for _, each in ipairs(list) do fields[#fields + 1] = each end
   end
   local function column(name, kind) fields[#fields + 1] = { name, kind, self[name] } end
   -- sorted by name
   column("age", "<i8")
-  add(body_fields(self))
+  add(self.bodies:fields(escaped))
   column("cases", "<f8[]")
   column("descriptors", "<f8[]")
   column("fitness", "<f8")
@@ -280,9 +278,9 @@ function Columns:pack()
   column("objectives", "<f8[]")
   column("origin", "|S")
   add(outcome_fields(self, 1, "outcome."))
-  add { { "parents", "<i8[]", parents } }
+  add { { "parents", "<i8[]", self.parents, 0, 16, 2 } }
   column("reason", "|S")
-  add { { "schema", "|S", schemas } }
+  add { { "schema", "|S", SCHEMA, 0, 0, #SCHEMA_TEXT } }
   column("status", "|S")
   column("step_size", "<f8")
   for k = 1, self.has_trials and #self.outcomes or 0 do

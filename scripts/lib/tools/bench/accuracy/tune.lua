@@ -2,7 +2,6 @@
 --- Scores some bodies of its first generation, and champions, at twice the script's own step, at
 --- that step and at shorter ones, against an eighth of it in double. SI units.
 
-local body = require "limax.robot.body"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
@@ -71,10 +70,11 @@ local function gather(experiment, champions, device)
     records[k] = { id = k, generation = 0, parents = host.json.array {}, origin = "initial" }
   end
   together:check(first.materials, { require_muscle = config.genome.require_muscle })
-  body.add_records(together, first.materials, records)
-  return population.new(first.world, { engine = together, materials = first.materials,
+  local robots = population.new(first.world, { engine = together, materials = first.materials,
     generation = 0, repetition = 1, parameters = config.breeding,
     records = records })
+  robots.columns.bodies:describe(together, first.materials)
+  return robots
 end
 
 -- The experiment's setting with its step at a share.

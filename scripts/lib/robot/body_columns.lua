@@ -1,0 +1,130 @@
+--- body_columns.lua: the bodies of one generation, in memory as the engine has them. A record's body
+--- is made of them when a script reads it.
+
+local bit = require "bit"
+local ffi = require "ffi"
+
+local bodies = require "limax.engine.bodies"
+local body = require "limax.robot.body"
+local choice = require "limax.base.choice"
+
+---@class limax.body_columns
+---@field count integer robots
+---@field names string[] of the materials, sorted
+---@field shapes ffi.cdata* limax_body[count], `counts` in the order of `names`
+---@field letters ffi.cdata* char[count][width]
+---@field mass ffi.cdata* double[count], kg; 0 of a robot whose body is not known
+local Bodies = {}
+Bodies.__index = Bodies
+
+local body_columns = {}
+
+local SIZE = ffi.sizeof "limax_body"
+
+---@param count integer robots
+---@return limax.body_columns
+function body_columns.new(count) return setmetatable({ count = count }, Bodies) end
+
+local function equal(a, b)
+  for k = 1, math.max(#a, #b) do
+    if a[k] ~= b[k] then return false end
+  end
+  return true
+end
+
+-- Makes room for bodies of these materials and so many letters. Those of other materials are
+-- forgotten.
+local function expect(self, names, width)
+  if self.names and self.width == width and equal(self.names, names) then return end
+  self.names, self.width, self.known = names, width, {}
+  self.shapes = ffi.new("limax_body[?]", self.count)
+  self.letters = ffi.new("char[?]", self.count * width)
+  self.mass = ffi.new("double[?]", self.count)
+end
+
+-- Sets body i: its counts and letters are copied, the rest is that of `shape`.
+local function set(self, i, shape, letters, mass)
+  ffi.copy(self.shapes + i - 1, shape, SIZE)
+  ffi.copy(self.letters + (i - 1) * self.width, letters, self.width)
+  self.mass[i - 1], self.known[i] = mass, true
+end
+
+--- Describes the robots whose bodies are not known yet.
+---@param population limax.population expressed
+---@param materials limax.materials
+function Bodies:describe(population, materials)
+  local facts, place = body.facts(materials), {}
+  local texts, size = bodies.texts(population, facts.letters)
+  local names = { unpack(facts.names) }
+  table.sort(names)
+  for k, name in ipairs(names) do place[name] = k - 1 end
+  -- less a line end and a zero byte
+  expect(self, names, size - 2)
+  local shapes = bodies.shapes(population)
+  for i = 1, self.count do
+    if not self.known[i] then
+      local from = shapes + i - 1
+      set(self, i, from, texts + (i - 1) * size, body.mass(population, i, from.masses, facts))
+      local counts = self.shapes[i - 1].counts
+      for m, name in ipairs(facts.names) do counts[place[name]] = from.counts[m - 1] end
+    end
+  end
+end
+
+--- Copies body k of other bodies.
+---@param other limax.body_columns
+function Bodies:copy(i, other, k)
+  if not other.known or not other.known[k] then return end
+  expect(self, other.names, other.width)
+  set(self, i, other.shapes + k - 1, other.letters + (k - 1) * other.width, other.mass[k - 1])
+end
+
+--- Copies a body of a file.
+---@param record limax.body.record
+function Bodies:write(i, record)
+  expect(self, choice.sorted_keys(record.counts), #record.letters)
+  local shape = ffi.new "limax_body"
+  shape.voxels, shape.masses, shape.springs = record.voxels, record.masses, record.springs
+  local high, low = record.hash:match "^(%x%x%x%x%x%x%x%x)(%x%x%x%x%x%x%x%x)$"
+  shape.hash = tonumber(high or "0", 16) * 0x100000000ULL + tonumber(low or "0", 16)
+  for k = 0, 2 do shape.size[k] = record.size[k + 1] end
+  for k, name in ipairs(self.names) do shape.counts[k - 1] = record.counts[name] end
+  set(self, i, shape, record.letters, record.mass)
+end
+
+--- A body as a record keeps it; nil where it is not known.
+---@return limax.body.record|nil
+function Bodies:table(i)
+  if not self.known or not self.known[i] then return nil end
+  local shape, counts = self.shapes[i - 1], {}
+  for k, name in ipairs(self.names) do counts[name] = shape.counts[k - 1] end
+  return { letters = ffi.string(self.letters + (i - 1) * self.width, self.width),
+    hash = bit.tohex(shape.hash, 16), voxels = shape.voxels, masses = shape.masses,
+    springs = shape.springs, size = { shape.size[0], shape.size[1], shape.size[2] },
+    counts = counts, mass = self.mass[i - 1] }
+end
+
+--- The fields of all bodies for `host.rows.pack`, sorted by name.
+---@param escaped fun(name: string): string
+---@return table[]
+function Bodies:fields(escaped)
+  local list = {}
+  local function add(name, kind, field, count)
+    list[#list + 1] = { "body." .. name, kind, self.shapes, ffi.offsetof("limax_body", field), SIZE,
+      count }
+  end
+  for k, name in ipairs(self.names) do
+    add("counts." .. escaped(name), "<i4", "counts")
+    list[k][4] = list[k][4] + (k - 1) * ffi.sizeof "int32_t"
+  end
+  add("hash", "hexadecimal", "hash")
+  list[#list + 1] = { "body.letters", "|S", self.letters, 0, self.width, self.width }
+  list[#list + 1] = { "body.mass", "<f8", self.mass, 0, ffi.sizeof "double" }
+  add("masses", "<i4", "masses")
+  add("size", "<i4[]", "size", 3)
+  add("springs", "<i4", "springs")
+  add("voxels", "<i4", "voxels")
+  return list
+end
+
+return body_columns
