@@ -50,35 +50,33 @@ local SHARE = { 0, 1 }
 measures.entries = {
   fitness = { unit = "that of the fitness", text = "the robot's score",
     of = function(robot) return robot.fitness end },
-  voxels = { unit = "voxels", text = "of the body", of = function(robot)
-    return robot.record.body.voxels
-  end },
+  voxels = { unit = "voxels", text = "of the body",
+    of = function(robot) return robot.record.body.voxels end },
   voxel_share = { unit = "1", text = "voxels over those of the lattice", range = SHARE,
     of = function(robot) return robot.record.body.voxels / lattice_size(robot) end },
   muscle_share = { unit = "1", text = "muscles over voxels", range = SHARE,
     of = function(robot) return muscles(robot) / robot.record.body.voxels end },
-  mass = { unit = "kg", text = "of the body", of = function(robot) return robot:mass() end },
-  length = { unit = "m", text = "longer horizontal side of the body at rest",
-    of = function(robot) return robot:length() end },
-  distance = { unit = "m", text = "horizontal, from t = 0 to the end",
-    of = function(robot) return robot:distance() end },
-  speed = { unit = "m/s", text = "distance over duration",
-    of = function(robot) return robot:speed() end },
-  path_length = { unit = "m", text = "of the centre of mass, horizontal",
-    record = { center_of_mass = 50 }, of = function(robot) return robot:path_length() end },
-  height = { unit = "m", text = "highest rise of the centre of mass",
-    record = { center_of_mass = 50 }, of = function(robot) return robot:height() end },
-  contact = { unit = "1", text = "mean share of the masses in contact", range = SHARE,
-    record = { contact = 50 }, of = function(robot) return robot:contact() end },
   energy = { unit = "J", text = "positive work of the muscles", record = { energy = 200 },
     of = function(robot) return robot:energy().muscle_work end },
-  strain = { unit = "1", text = "mean strain of the springs", record = { strain = 50 },
-    of = function(robot) return (robot:strain()) end },
+  -- what the robot's method of that name gives first
+  mass = { unit = "kg", text = "of the body" },
+  length = { unit = "m", text = "longer horizontal side of the body at rest" },
+  distance = { unit = "m", text = "horizontal, from t = 0 to the end" },
+  speed = { unit = "m/s", text = "distance over duration" },
+  path_length = { unit = "m", text = "of the centre of mass, horizontal",
+    record = { center_of_mass = 50 } },
+  height = { unit = "m", text = "highest rise of the centre of mass",
+    record = { center_of_mass = 50 } },
+  contact = { unit = "1", text = "mean share of the masses in contact", range = SHARE,
+    record = { contact = 50 } },
+  strain = { unit = "1", text = "mean strain of the springs", record = { strain = 50 } },
 }
 
-local names = {}
-for name in pairs(measures.entries) do names[#names + 1] = name end
-table.sort(names)
+local names = choice.sorted_keys(measures.entries)
+for _, name in ipairs(names) do
+  local entry = measures.entries[name]
+  entry.of = entry.of or function(robot) return (robot[name](robot)) end
+end
 
 ---@class limax.measure
 ---@field name string
