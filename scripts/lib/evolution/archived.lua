@@ -64,7 +64,8 @@ local function rewind(self, generation)
   end
 end
 
---- Offers the new robots of a scored generation.
+--- Offers the new robots of a scored generation. Where each island has its own cells, those that
+--- came from another one are new too: none else is older.
 ---@param robots limax.population.scored
 function Archive:update(robots)
   rewind(self, robots.generation)
@@ -72,9 +73,10 @@ function Archive:update(robots)
   if definition.appraise then definition.appraise(robots.records, self.rows) end
   local candidates = {}
   for i, record in ipairs(robots.records) do
-    if record.fitness and record.generation == robots.generation then
-      candidates[#candidates + 1] = { id = record.id, generation = record.generation, index = i,
-        fitness = record.fitness, descriptors = record.descriptors,
+    if record.fitness and (definition.islands or record.generation == robots.generation) then
+      candidates[#candidates + 1] = { id = record.id, generation = robots.generation, index = i,
+        island = definition.islands and record.island, fitness = record.fitness,
+        descriptors = record.descriptors,
         objectives = record.objectives, novelty = record.novelty }
     end
   end
@@ -114,7 +116,7 @@ function Archive:text()
   for k, row in ipairs(self.entered) do
     lines[k] = { schema = "limax.archive/1", id = row.id, index = row.index,
       fitness = row.fitness, descriptors = row.descriptors, objectives = row.objectives,
-      cell = row.cell, novelty = row.novelty }
+      cell = row.cell, island = row.island, novelty = row.novelty }
   end
   return host.json.encode_lines(lines)
 end

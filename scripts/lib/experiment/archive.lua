@@ -23,6 +23,7 @@ local archive = strict.module "limax.archive"
 ---@field descriptors? number[] in the order of the archive's descriptors
 ---@field objectives? number[] in the order of the objectives
 ---@field cell? integer of a grid or CVT archive, from 1
+---@field island? integer of which it is the best in its cell, with "map_elites" and islands
 ---@field novelty? number of a novelty archive, when it entered
 
 ---@class limax.archive.definition
@@ -38,6 +39,7 @@ local archive = strict.module "limax.archive"
 ---@field appraise? fun(records: table[], rows: limax.archive.row[]) adds to the records of a scored
 --- generation, before any of them enters
 ---@field reference? number[] of the objectives
+---@field islands? integer their number, where each has its own cells
 ---@field axes? { least: number, most: number, cells: integer, stride: integer }[] of a grid
 
 ---@class limax.archive.entry: limax.choice.entry

@@ -245,7 +245,7 @@ local function resolve(spec, origin)
   config.scene, message = read.scene(spec.scene == nil and defaults.scene or spec.scene)
   if message then return nil, message end
   parts, message = named_parts.of(spec)
-  message = message or island_rules.problem(config, parts.survival)
+  message = message or island_rules.problem(config, parts)
   if message then return nil, message end
 
   local kept = config.record.population
@@ -288,6 +288,9 @@ local function resolve(spec, origin)
   config.survival = spec.survival ~= defaults.survival and source.describe(spec.survival, base)
     or nil
   config.archive = source.describe(spec.archive, base)
+  if config.islands and parts.survival.name == "map_elites" then
+    parts.archive.islands = config.islands.count
+  end
   config.state = spec.state and source.describe(spec.state, base)
   config.trials = parts.trials.config
   local unfit = parts.supervisor.unfit and parts.supervisor.unfit(config)

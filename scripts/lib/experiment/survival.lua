@@ -85,17 +85,21 @@ survival.entries.plus = {
 }
 
 --- map_elites: no robot goes on; the parents are the archive's robots, all with the same chance
---- unless the experiment names a selection. Needs an archive. Mouret and Clune,
---- "Illuminating search spaces by mapping elites", 2015.
+--- unless the experiment names a selection. Needs an archive; of islands each has its own grid or
+--- CVT. Mouret and Clune, "Illuminating search spaces by mapping elites", 2015.
 survival.entries.map_elites = {
   options = {},
   selection = { "truncation", share = 1 },
   needs = { "grid", "cvt", "pareto", "novelty" },
   make = function()
     return function(robots)
-      local scores, ranked = {}, {}
-      for k, row in ipairs(robots.archive) do scores[k] = row.fitness end
-      for k, at in ipairs(sorting.descending(scores)) do ranked[k] = robots.archive[at] end
+      local rows, scores, ranked = {}, {}, {}
+      for _, row in ipairs(robots.archive) do
+        if row.island == robots.island then
+          rows[#rows + 1], scores[#scores + 1] = row, row.fitness
+        end
+      end
+      for k, at in ipairs(sorting.descending(scores)) do ranked[k] = rows[at] end
       return {}, ranked
     end
   end,

@@ -31,10 +31,10 @@ end
 
 --- What is wrong with the islands of a configuration; nil if nothing.
 ---@param config table
----@param survival limax.survival
+---@param parts { survival: limax.survival, archive: limax.archive.definition|nil }
 ---@return string|nil message
-function island_rules.problem(config, survival)
-  local options = config.islands
+function island_rules.problem(config, parts)
+  local options, survival, archive = config.islands, parts.survival, parts.archive
   local size = config.population / (options and options.count or 1)
   if survival.newcomers and survival.newcomers >= size and size % 1 == 0 then
     return ("survival.newcomers: expected at most %d, one robot less than %s has, got %d"):format(
@@ -52,9 +52,9 @@ function island_rules.problem(config, survival)
   elseif options.migrants >= size then
     return ("islands.migrants: expected at most %d, one robot less than an island has, got %d")
       :format(size - 1, options.migrants)
-  elseif survival.name == "map_elites" then
-    return 'islands: the survival "map_elites" breeds all robots from one archive, so islands would'
-      .. " not differ; leave out one of them"
+  elseif survival.name == "map_elites" and archive.name ~= "grid" and archive.name ~= "cvt" then
+    return ('islands: with the survival "map_elites" each has its own archive "grid" or "cvt", not'
+      .. " %q"):format(archive.name)
   end
 end
 

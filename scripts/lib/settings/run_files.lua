@@ -189,8 +189,8 @@ local rules = {
   archive = record {
     schema = required(schema_of "archive"), id = required(count),
     index = required(schema.whole(1, 2 ^ 53)), fitness = required(number), cell = count,
-    descriptors = list(number, "a list of numbers"), objectives = list(number, "a list of numbers"),
-    novelty = number,
+    island = count, descriptors = list(number, "a list of numbers"),
+    objectives = list(number, "a list of numbers"), novelty = number,
   },
   population = record {
     schema = schema_of "population", id = required(count), generation = required(count),

@@ -161,6 +161,38 @@ suite:test("rows of the archive may be parents on every island", function(t)
   t:equal(count, 6) -- on each island one robot went on and one came
 end)
 
+suite:test("MAP-Elites has an archive on each island, which migrants enter", function(t)
+  local spec = three({ survival = "map_elites", generations = 6,
+    archive = { "grid", descriptors = { "muscle_share" }, cells = 5 } }, { every = 1 })
+  local history, run = finished(spec)
+  local best, home = {}, {}
+  for _, entry in ipairs(history) do
+    local robots = entry.population
+    for i = 1, #robots do
+      for _, parent in ipairs(robots[i].origin == "bred" and robots[i].parents or {}) do
+        t:ok(home[parent][robots[i].island], "a parent of another island")
+      end
+    end
+    for i = 1, #robots do
+      local robot = robots[i]
+      home[robot.id] = home[robot.id] or {}
+      home[robot.id][robot.island] = true
+      if robot.fitness then
+        local cell = 5 * (robot.island - 1) + math.min(math.floor(5 * robot.descriptors[1]), 4) + 1
+        if not best[cell] or robot.fitness > best[cell].fitness then best[cell] = robot end
+      end
+    end
+  end
+  local moved = false
+  for _, row in ipairs(run.world.archive.rows) do
+    t:equal({ row.id, row.island }, { best[row.cell].id, best[row.cell].island })
+    moved = moved or best[row.cell].origin == "elite"
+    best[row.cell] = nil
+  end
+  t:equal({ next(best), moved, history[6].archive.cells }, { nil, true, 15 })
+  evolution.resumes(t, spec, { "r01/archive/g0004.jsonl" })
+end)
+
 suite:test("islands that cannot be are refused", function(t)
   local function refused(message, fields, islands)
     t:raises(message, function() evolution.small(three(fields, islands)) end)
@@ -173,8 +205,8 @@ suite:test("islands that cannot be are refused", function(t)
   refused('islands.topology: expected one of "ring", "complete", "random", got "star"', nil,
     { topology = "star" })
   refused("islands.each: unknown", nil, { each = 2 })
-  refused('islands: the survival "map_elites" breeds all robots from one archive',
-    { survival = "map_elites", archive = { "grid", descriptors = { "contact" } } })
+  refused('islands: with the survival "map_elites" each has its own archive "grid" or "cvt"',
+    { survival = "map_elites", archive = { "novelty", descriptors = { "contact" } } })
   local run = limax.start(evolution.small(three()), { say = evolution.silent })
   t:raises("breed: in an experiment with islands, elites and parents come from its survival",
     function() run:generations()():score():breed { elites = { 1 } } end)

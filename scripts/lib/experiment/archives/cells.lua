@@ -13,7 +13,7 @@ local MOST = 1e6
 local function choose(rows, place, candidates, cell_of)
   local best, order, entered = {}, {}, {}
   for _, row in ipairs(candidates) do
-    local cell = cell_of(row.descriptors)
+    local cell = cell_of(row)
     local holder = best[cell] or place[cell] and rows[place[cell]]
     if not holder or row.fitness > holder.fitness then
       if not best[cell] then order[#order + 1] = cell end
@@ -24,17 +24,21 @@ local function choose(rows, place, candidates, cell_of)
   return entered
 end
 
--- An archive of `count` cells.
+-- An archive of `count` cells, or of so many on each island.
 local function definition(options, count, cell_of)
-  return {
-    descriptors = options.descriptors,
-    choose = function(rows, place, candidates) return choose(rows, place, candidates, cell_of) end,
-    measure = function(rows)
-      local score = 0
-      for _, row in ipairs(rows) do score = score + (row.fitness - options.qd_offset) end
-      return { cells = count, coverage = #rows / count, qd_score = score }
-    end,
-  }
+  local archive = { descriptors = options.descriptors }
+  local function cell_of_row(row)
+    return cell_of(row.descriptors) + count * ((row.island or 1) - 1)
+  end
+  function archive.choose(rows, place, candidates)
+    return choose(rows, place, candidates, cell_of_row)
+  end
+  function archive.measure(rows)
+    local all, score = count * (archive.islands or 1), 0
+    for _, row in ipairs(rows) do score = score + (row.fitness - options.qd_offset) end
+    return { cells = all, coverage = #rows / all, qd_score = score }
+  end
+  return archive
 end
 
 --- A grid; the first descriptor varies fastest in the cells' numbers.
