@@ -164,7 +164,7 @@ CALL(cuMemcpyDtoDAsync, (CUdeviceptr to, CUdeviceptr from, std::size_t bytes, CU
 CALL(cuMemsetD8Async, (CUdeviceptr to, unsigned char value, std::size_t bytes, CUstream),
      std::memset(bytes_at(to), value, bytes))
 
-CALL(cuStreamCreate, (CUstream * stream, unsigned), ++fake.streams;
+CALL(cuStreamCreateWithPriority, (CUstream * stream, unsigned, int), ++fake.streams;
      *stream = reinterpret_cast<CUstream>(&something))
 CALL(cuStreamDestroy, (CUstream), --fake.streams)
 CALL(cuStreamSynchronize, (CUstream), )

@@ -39,7 +39,7 @@ namespace limax::cuda {
     f(memcpy_dtoh_async, cuMemcpyDtoHAsync);           \
     f(memcpy_dtod_async, cuMemcpyDtoDAsync);           \
     f(memset_d8_async, cuMemsetD8Async);               \
-    f(stream_create, cuStreamCreate);                  \
+    f(stream_create, cuStreamCreateWithPriority);      \
     f(stream_destroy, cuStreamDestroy);                \
     f(stream_synchronize, cuStreamSynchronize);        \
     f(event_create, cuEventCreate);                    \

@@ -73,10 +73,12 @@ context::scope::~scope() {
 
 // ---- stream and event ----
 
-stream::stream(const context& context) : owned(context) {
+stream::stream(const context& context, stream_work work) : owned(context) {
     const auto here = context.current();
-    api().check(api().stream_create(&handle_, CU_STREAM_NON_BLOCKING), "cuStreamCreate",
-                "making a stream of " + title(context.device()));
+    // lower numbers come first
+    const int priority = work == stream_work::brief ? -1 : 0;
+    api().check(api().stream_create(&handle_, CU_STREAM_NON_BLOCKING, priority),
+                "cuStreamCreateWithPriority", "making a stream of " + title(context.device()));
 }
 
 void stream::synchronize(const std::string& doing) const {

@@ -102,10 +102,12 @@ protected:
     std::size_t bytes_ = 0;  // of memory
 };
 
-// A queue of work in order. Never waits for the default stream.
+// A queue of work in order. Never waits for the default stream. A GPU that is busy takes up `brief`
+// work as soon as a block ends, before what waits in other streams.
+enum class stream_work { any, brief };
 class stream : public owned<CUstream, &driver::stream_destroy> {
 public:
-    explicit stream(const context& context);
+    explicit stream(const context& context, stream_work work = stream_work::any);
     // Waits for all of it. `doing` as in driver::check().
     void synchronize(const std::string& doing) const;
 };

@@ -87,6 +87,17 @@ std::shared_ptr<const device_encoding> gpu_team::encoding_on_gpu(
     return made;
 }
 
+double gpu_team::step_time(const lattice& grid, std::size_t robots) {
+    const std::lock_guard lock(mutex_);
+    const timed_step& last = last_steps_[grid.sites()];
+    return last.robots <= 2 * robots && robots <= 2 * last.robots ? last.seconds : 0;
+}
+
+void gpu_team::note_step_time(const lattice& grid, std::size_t robots, double seconds) {
+    const std::lock_guard lock(mutex_);
+    last_steps_[grid.sites()] = {robots, seconds};
+}
+
 std::string why_no_cuda_device() {
     std::string why;
     driver::get(&why);

@@ -29,14 +29,22 @@ public:
     // On the first GPU, which stores the populations.
     std::shared_ptr<const device_encoding> encoding_on_gpu(
         const std::shared_ptr<const encoding>& code);
+    // Seconds that one step of about so many robots on a lattice took last; 0 if none was made.
+    double step_time(const lattice& grid, std::size_t robots);
+    void note_step_time(const lattice& grid, std::size_t robots, double seconds);
 
 private:
+    struct timed_step {
+        std::size_t robots = 0;
+        double seconds = 0;
+    };
     std::vector<std::unique_ptr<gpu_place>> places_;
     thread_team threads_;
     block_plans plans_;
     std::mutex mutex_;
     // What they point to keeps the key alive.
     std::map<const encoding*, std::weak_ptr<const device_encoding>> encodings_;
+    std::map<int64_t, timed_step> last_steps_;  // by the number of sites
 };
 
 std::unique_ptr<simulation> make_simulation(simulation_setup setup, std::shared_ptr<gpu_team> team);

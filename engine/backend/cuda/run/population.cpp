@@ -68,11 +68,13 @@ public:
           grid_(code->grid()),
           count_(count),
           genes_(code->genes()),
-          stream_(place_.gpu),
+          stream_(place_.gpu, stream_work::brief),
           genomes_(place_.gpu, std::size_t(genes_) * std::size_t(count),
                    format("the genomes of %d robots", count)),
           described_(place_.gpu, std::size_t(count), format("the bodies of %d robots", count)),
           pairs_(place_.gpu, 2 * std::size_t(count), format("the parents of %d robots", count)),
+          same_(place_.gpu, std::size_t(grid_.voxels()), "the diversity of bodies"),
+          squares_(place_.gpu, std::size_t(genes_), "the diversity of genomes"),
           bodies_(new_bodies()) {}
 
     const gpu_team& team() const { return *team_; }
@@ -100,7 +102,7 @@ private:
                                            gpu_bodies& bodies);
     template <class T>
     void compare(const char* function, const launch_shape& shape, const int32_t* robots,
-                 int32_t count, T* out, std::size_t size, T* diversity_launch::*sums) const;
+                 int32_t count, T* out, device_memory<T>& result, T* diversity_launch::*sums) const;
     template <class Launch>
     void run(const char* entry, const char* function, const launch_shape& shape,
              const std::string& doing, const Launch& arguments) const;
@@ -113,7 +115,10 @@ private:
     const stream stream_;
     device_memory<float> genomes_;          // [robot][gene]
     device_memory<body_record> described_;  // [robot]
-    device_memory<int32_t> pairs_;          // [robot][2]
+    mutable device_memory<int32_t> pairs_;  // [robot][2], or the robots of a set
+    // Sums over the robots of a set. Freeing memory waits for all work of the GPU.
+    mutable device_memory<int64_t> same_;    // [voxel]
+    mutable device_memory<double> squares_;  // [gene]
     std::shared_ptr<gpu_bodies> bodies_;
 };
 
@@ -285,29 +290,29 @@ device_memory<int32_t> gpu_population::launch_describe(bool largest_part, int32_
 
 template <class T>
 void gpu_population::compare(const char* function, const launch_shape& shape, const int32_t* robots,
-                             int32_t count, T* out, std::size_t size,
+                             int32_t count, T* out, device_memory<T>& result,
                              T* diversity_launch::*sums) const {
-    device_memory<int32_t> members(place_.gpu, std::size_t(count), "the robots of a set");
-    device_memory<T> result(place_.gpu, size, "the diversity of a set");
-    members.upload(robots, std::size_t(count), stream_);
+    if (std::size_t(count) > pairs_.size())
+        pairs_ = device_memory<int32_t>(place_.gpu, std::size_t(count), "the robots of a set");
+    pairs_.upload(robots, std::size_t(count), stream_);
     diversity_launch arguments{
-        members.data(),          count,   genomes_.data(),        nullptr, genes_,
+        pairs_.data(),           count,   genomes_.data(),        nullptr, genes_,
         bodies_->voxels_.data(), nullptr, int32_t(grid_.voxels())};
     arguments.*sums = result.data();
     run("diversity", function, shape, format("comparing %d robots", count), arguments);
-    result.download(out, size, stream_);
+    result.download(out, result.size(), stream_);
     stream_.synchronize("comparing robots");
 }
 
 void gpu_population::count_same(const int32_t* robots, int32_t count, int64_t* same) const {
     const auto voxels = std::size_t(grid_.voxels());
     compare("limax_hamming", {unsigned((voxels - 1) / set_voxels + 1), set_voxels * set_warps},
-            robots, count, same, voxels, &diversity_launch::same);
+            robots, count, same, same_, &diversity_launch::same);
 }
 
 void gpu_population::sum_squares(const int32_t* robots, int32_t count, double* squares) const {
     compare("limax_genotype", {unsigned((genes_ - 1) / genotype_threads + 1), genotype_threads},
-            robots, count, squares, std::size_t(genes_), &diversity_launch::squares);
+            robots, count, squares, squares_, &diversity_launch::squares);
 }
 
 std::shared_ptr<device_population> make_population(std::shared_ptr<gpu_team> team,

@@ -17,7 +17,9 @@ int64_t robots_on_gpu<R>::steps_in(double seconds) const {
 template <class R>
 void robots_on_gpu<R>::enqueue(double seconds) {
     wake();
-    // finds how long a step takes
+    // so that no slice is shorter than it could be, or much longer
+    if (!(seconds_per_step_ > 0))
+        seconds_per_step_ = team_->step_time(setup_.grid, running_.size());
     if (!(seconds_per_step_ > 0)) advance(0, first_steps);
     if (!running_.empty() && !interrupted()) enqueue_slice(steps_in(seconds));
 }
@@ -139,6 +141,7 @@ template <class R>
 void robots_on_gpu<R>::collect_slice() {
     stream_.synchronize("stepping robots");
     seconds_per_step_ = end_.seconds_since(start_) / double(std::exchange(slice_, 0));
+    team_->note_step_time(setup_.grid, running_.size(), seconds_per_step_);
     std::fill(std::begin(fetched_), std::end(fetched_), false);
     take_records();
 }
