@@ -15,6 +15,7 @@ local state = require "limax.run.state"
 local strict = require "limax.engine.strict"
 local scored_robot = require "limax.robot.scored_robot"
 local scoring = require "limax.robot.scoring"
+local together = require "limax.evolution.together"
 
 --- What all generations of a repetition share.
 ---@class limax.world
@@ -178,16 +179,13 @@ local function unsimulated(robots)
   return mask, count
 end
 
--- s of steps that a GPU gets ahead: more than the host needs to write a generation
-local AHEAD = 0.25
-
 --- Begins to simulate a generation; a GPU goes on with it while the host does other work.
 ---@param robots limax.population.scored which is then simulated as it is
 function population.begin(robots)
   local began, mask, count = host.clock(), unsimulated(robots)
   if count == 0 then return end
   robots.begun = simulations_of(robots, mask, robots.materials)
-  engine.begin_together(robots.begun, AHEAD)
+  together.begin(robots.begun)
   robots.timing.simulate = robots.timing.simulate + host.clock() - began
 end
 

@@ -12,8 +12,14 @@ local together = {}
 
 -- s of one slice of wall time: short enough for progress and Ctrl-C
 local SLICE = 0.05
+-- s of steps that a GPU gets ahead: more than the host needs to end and write a generation
+local AHEAD = 0.2
 -- robots per multiprocessor, or per thread, that keep a device busy
 local ROBOTS_PER_UNIT = 8
+
+--- Begins with simulations; a GPU goes on with them while the host does other work.
+---@param simulations limax.simulation[]
+function together.begin(simulations) engine.begin_together(simulations, AHEAD) end
 
 --- Advances simulations to their ends, in a run of together.run.
 function together.wait(simulations) coroutine.yield(simulations) end
@@ -50,26 +56,18 @@ local function continue(member)
   member.waiting = not ended and waiting(value) or nil
 end
 
--- Advances all simulations that are left by a slice.
-local function advance(list)
-  local simulations = {}
-  for _, each in ipairs(list) do
-    for _, simulation in ipairs(each.left) do simulations[#simulations + 1] = simulation end
-  end
-  local progress, k = engine.advance_together(simulations, SLICE), 0
-  for _, each in ipairs(list) do
-    local left = {}
-    for _, simulation in ipairs(each.left) do
-      k = k + 1
-      if progress[k].interrupted then
-        host.raise_if_interrupted()
-        error(host.interrupt, 0)
-      end
-      each.progress[simulation] = progress[k]
-      if not progress[k].finished then left[#left + 1] = simulation end
+-- Advances what is left by a slice, or by what a GPU has begun.
+local function advance(each)
+  local left, simulations = {}, each.left
+  for k, progress in ipairs(engine.advance_together(simulations, SLICE)) do
+    if progress.interrupted then
+      host.raise_if_interrupted()
+      error(host.interrupt, 0)
     end
-    each.left = left
+    each.progress[simulations[k]] = progress
+    if not progress.finished then left[#left + 1] = simulations[k] end
   end
+  each.left = left
 end
 
 -- The sums over the simulations of one.
@@ -90,7 +88,7 @@ end
 function together.finish(simulations, on_progress)
   local each = waiting(simulations)
   while #each.left > 0 do
-    advance { each }
+    advance(each)
     if on_progress then on_progress(total(each)) end
   end
 end
@@ -101,42 +99,37 @@ end
 ---@field begin fun(repetition: integer): limax.run made with `wait = together.wait`
 ---@field on_progress fun(state: table) steps of steps_total are generations; spring_rate
 
---- Runs repetitions to their ends, and frees the robots of each.
+--- Runs repetitions to their ends, and frees the robots of each. The first in the queue is waited
+--- for and scored; a GPU steps the others meanwhile.
 function together.run(options)
-  local active, left, springs, seconds = {}, { unpack(options.repetitions) }, 0, 0
+  local queue, left, springs, began = {}, { unpack(options.repetitions) }, 0, host.clock()
 
-  -- Continues some members; those that still wait for simulations become the active ones.
-  local function keep_waiting(members)
-    active = {}
-    for _, member in ipairs(members) do
-      if not member.waiting then continue(member) end
-      active[#active + 1] = member.waiting and member
-    end
+  local function go_on(member)
+    if not member.waiting then continue(member) end
+    if member.waiting then queue[#queue + 1] = member end
   end
 
   while true do
-    while #active < options.at_once and left[1] do
-      local repetition = table.remove(left, 1)
-      local run = options.begin(repetition)
-      local members = { unpack(active) }
-      members[#members + 1] = { run = run,
+    while #queue < options.at_once and left[1] do
+      local run = options.begin(table.remove(left, 1))
+      go_on { run = run,
         thread = coroutine.create(function() return failure.attempt(run.finish, run) end) }
-      keep_waiting(members)
     end
-    if #active == 0 then return end
-    local began, share, list = host.clock(), 0, {}
-    for i, member in ipairs(active) do list[i] = member.waiting end
-    advance(list)
-    seconds = seconds + host.clock() - began
-    for _, member in ipairs(active) do
+    if #queue == 0 then return end
+    local share, first = 0, queue[1].waiting
+    for _, member in ipairs(queue) do together.begin(member.waiting.left) end
+    advance(first)
+    for _, member in ipairs(queue) do
       local state = total(member.waiting)
       springs = springs + state.spring_steps - (member.waiting.spring_steps or 0)
       member.waiting.spring_steps = state.spring_steps
       share = share + (state.steps_total > 0 and state.steps / state.steps_total or 0)
-      if state.finished then member.waiting = nil end
     end
-    options.on_progress { steps = share, steps_total = 1, spring_rate = springs / seconds }
-    keep_waiting(active)
+    options.on_progress { steps = share, steps_total = 1,
+      spring_rate = springs / (host.clock() - began) }
+    local member = table.remove(queue, 1)
+    if #first.left == 0 then member.waiting = nil end
+    go_on(member)
   end
 end
 

@@ -9,6 +9,7 @@ local host = require "limax.host"
 local run_files = require "limax.settings.run_files"
 local run_folder = require "limax.run.run_folder"
 local source = require "limax.base.source"
+local together = require "limax.evolution.together"
 local evolution = require "support.evolution"
 
 local suite = require("limax.test").suite "evolve"
@@ -316,6 +317,31 @@ suite:test("a generation begins before the last one is written, also after an er
   engine.begin_together = real
   t:ok(not ok and tostring(message):find "no choice", message)
   t:equal(order, { "begins", "begins", 0, "begins", 1, 2 })
+end)
+
+suite:test("a repetition has begun to be simulated whenever another is scored", function(t)
+  local begin, advance, begun, idle = engine.begin_together, engine.advance_together, {}, 0
+  function engine.begin_together(simulations, seconds)
+    for _, each in ipairs(simulations) do begun[each] = true end
+    return begin(simulations, seconds)
+  end
+  function engine.advance_together(simulations, seconds)
+    local progress = advance(simulations, seconds)
+    for k, each in ipairs(simulations) do begun[each] = not progress[k].finished or nil end
+    return progress
+  end
+  local experiment = small { generations = 3, repetitions = 2, fitness = function(robot)
+    -- nothing is left to begin when the last generation is scored
+    if robot.generation < 2 and not next(begun) then idle = idle + 1 end
+    return robot:distance()
+  end }
+  together.run { repetitions = { 1, 2 }, at_once = 2, on_progress = silent,
+    begin = function(repetition)
+      return limax.start(experiment, { repetition = repetition, say = silent,
+        wait = together.wait })
+    end }
+  engine.begin_together, engine.advance_together = begin, advance
+  t:equal(idle, 0)
 end)
 
 suite:test("history keeps bodies and measures, and drops genomes and traces", function(t)
