@@ -221,22 +221,6 @@ TEST_CASE("parts that a check removes are removed from what a device gets") {
     CHECK(same_bodies(static_cast<const population&>(robots), expected));
 }
 
-TEST_CASE("robots that a device never wrote are 0, as on the host") {
-    population robots = make(5);
-    const auto stored = move_out(robots);
-    robots.initialize(0, 1, 2, in_order);
-    robots.express(paper(), {false, true}, nullptr, nullptr, 1, 2);
-    CHECK(stored->seen == traffic{0, 0, 0, 0, 2});
-    const population& seen = robots;
-    for (const int32_t robot : {0, 3, 4}) {
-        for (int32_t gene = 0; gene < seen.genes(); ++gene)
-            REQUIRE(seen.genomes()[robot * seen.genes() + gene] == 0);
-        for (int voxel = 0; voxel < 60; ++voxel) REQUIRE(seen.voxels()[robot * 60 + voxel] == 0);
-        CHECK(seen.bodies()[robot].status == LIMAX_BODY_UNKNOWN);
-    }
-    CHECK(seen.bodies()[1].status != LIMAX_BODY_UNKNOWN);
-}
-
 TEST_CASE("a population that moves back, or to another device, keeps its values") {
     population robots = make(6), expected = make(6), children = make(6),
                expected_children = make(6);
