@@ -62,11 +62,14 @@ end
 
 local function mask_of(mask, count)
   if mask == nil then return nil end
-  local list = schema.demand(schema.list(schema.boolean(), { count = count,
+  local bytes, whole = ffi.new("uint8_t[?]", count), type(mask) == "table" and #mask == count
+  for i = 1, whole and count or 0 do
+    whole = whole and (mask[i] == true or mask[i] == false)
+    bytes[i - 1] = mask[i] and 1 or 0
+  end
+  if whole then return bytes end
+  schema.demand(schema.list(schema.boolean(), { count = count,
     expected = ("a list of %d, true or false"):format(count) }), mask, "simulation: mask")
-  local bytes = ffi.new("uint8_t[?]", count)
-  for i = 1, count do bytes[i - 1] = list[i] and 1 or 0 end
-  return bytes
 end
 
 --- Prepares to simulate the robots of a population whose bodies were expressed or checked.

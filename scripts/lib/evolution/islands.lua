@@ -15,19 +15,18 @@ function islands.first(config, index)
 end
 
 -- A scored population of each island's robots: a field that is not a list of robots is that of the
--- whole population.
+-- whole population, in which `places` are its robots.
 local function views(robots, count)
   local list, place = {}, {}
   for k = 1, count do
     local view = population.without_robots(robots)
-    view.island, view.records, view.contexts, view.ranked = k, {}, {}, {}
+    view.island, view.records, view.places, view.ranked = k, {}, {}, {}
     list[k] = view
   end
   for i, record in ipairs(robots.records) do
     local view = list[record.island]
     place[i] = #view + 1
-    view[place[i]], view.records[place[i]], view.contexts[place[i]] =
-      robots[i], record, robots.contexts[i]
+    view[place[i]], view.records[place[i]], view.places[place[i]] = robots[i], record, i
   end
   for _, i in ipairs(robots.ranked) do
     local ranked = list[robots.records[i].island].ranked
@@ -95,7 +94,7 @@ function islands.select(robots, options, generation, steps)
     if #view.ranked > 0 then
       local survivors
       survivors, pools[k] = steps.survive(view)
-      for place, index in ipairs(survivors) do lists[k][place] = view.contexts[index].index end
+      for place, index in ipairs(survivors) do lists[k][place] = view.places[index] end
     else
       -- an island without a scored robot begins anew from all others
       groups[k], pools[k] = robots, robots
@@ -114,7 +113,8 @@ function islands.select(robots, options, generation, steps)
       local pair = steps.choose(pools[k], child)
       -- a row of the archive belongs to no island
       for side, parent in ipairs(pair) do
-        pair[side] = type(parent) == "table" and parent or view.contexts[parent].index
+        pair[side] = type(parent) == "table" and parent or view.places and view.places[parent]
+          or parent
       end
       parents[child], homes[child] = pair, k
     end

@@ -59,8 +59,8 @@ for name in ([[ranked generation repetition parameters engine materials records 
     evaluations timing island state]]):gmatch "%S+" do
   FIELDS[name] = true
 end
-for name in ([[begun columns ledger scored_by scored_with state_text parents_scored_with supervision
-    supervisor_failed parents]]):gmatch "%S+" do
+for name in ([[begun columns ledger on_disk places scored_by scored_with simulated state_text
+    parents_scored_with supervision supervisor_failed parents]]):gmatch "%S+" do
   OF_LOOP[name] = true
 end
 
@@ -109,6 +109,25 @@ local function set_simulations(context, simulations)
   for k, trial in ipairs(context.trials) do trial.simulation = simulations[k] end
 end
 
+---@class limax.robot.contexts of the robots of a generation, each made at the first read
+---@field have_trials boolean
+
+---@return limax.robot.contexts
+local function contexts_of(robots)
+  return setmetatable({ have_trials = robots.world.config.trials ~= nil }, {
+    __index = function(contexts, i)
+      local context = context_of(robots, i, robots.materials)
+      set_simulations(context, robots.simulated[i] or {})
+      if robots.on_disk then
+        setmetatable(context, robots.on_disk)
+        for _, trial in ipairs(context.trials or {}) do setmetatable(trial, robots.on_disk) end
+      end
+      rawset(contexts, i, context)
+      return context
+    end,
+  })
+end
+
 --- Makes a generation from its fields: those of limax.population.scored, and `ledger`, how it got
 --- its parameters. Scoring adds its fitness: `scored_with` as it was passed to `score`, `scored_by`
 --- as resolved, and `state_text`, the state as it left it. `parents_scored_with` is that of the
@@ -118,16 +137,16 @@ end
 ---@return limax.population.scored
 function population.new(world, fields)
   local robots = setmetatable(fields, class)
-  robots.world, robots.contexts, robots.simulations = world, {}, {}
+  robots.world, robots.simulations, robots.simulated = world, {}, {}
   robots.trials = world.trials(robots.generation)
   robots.evaluations = robots.evaluations or 0
   robots.timing = robots.timing or {}
   robots.timing.simulate, robots.timing.fitness = 0, 0
   robots.columns = columns.of(robots.records[1]) or columns.from(robots.records)
   robots.records = robots.columns.rows
-  for i, record in ipairs(robots.records) do
-    robots.contexts[i] = context_of(robots, i, robots.materials)
-    robots[i] = scored_robot.new(record, robots.contexts[i])
+  robots.contexts = contexts_of(robots)
+  for i, row in ipairs(robots.records) do
+    robots[i] = scored_robot.of_row(row, robots.contexts)
   end
   return robots
 end
@@ -200,8 +219,12 @@ function Population:simulate(on_progress)
   self.begun = nil
   world.advance(simulations, on_progress or world.on_progress)
   self.columns:settle(simulations, mask, world.config.trials ~= nil)
-  for i, context in ipairs(self.contexts) do
-    if mask[i] then set_simulations(context, simulations) end
+  for i = 1, #self do
+    if mask[i] then
+      self.simulated[i] = simulations
+      local context = rawget(self.contexts, i)
+      if context then set_simulations(context, simulations) end
+    end
   end
   for _, simulation in ipairs(simulations) do table.insert(self.simulations, simulation) end
   self.evaluations = self.evaluations + count
@@ -279,17 +302,17 @@ function Population:score(with)
   -- an elite keeps its score only under the fitness that gave it
   if parents_with ~= nil and parents_with ~= with then
     for i = 1, #self do
-      if not self.contexts[i].simulation then self.columns:forget_score(i) end
+      if not self.simulated[i] then self.columns:forget_score(i) end
     end
   end
   self:simulate()
   local began, wanted = host.clock(), {}
   for i = 1, #self do
-    wanted[i] = self.contexts[i].simulation ~= nil
+    wanted[i] = self.simulated[i] ~= nil
     -- a robot that failed in another fitness may get a score from this one
     if wanted[i] then self.columns:set_status(i) end
   end
-  scoring.score { call = law.call, robots = self, records = self.records, wanted = wanted,
+  scoring.score { call = law.call, ours = law.name ~= "function", robots = self, records = self.records, wanted = wanted,
     generation = self.generation, state = world.state, say = world.say,
     measure = world.measured and function(robot, record)
       return measures.add(world.measured, robot, record, world.state)
@@ -372,8 +395,11 @@ end
 ---@param why string completes "this view ended when ..."
 function population.end_traces(robots, why)
   population.free(robots.simulations, why)
-  for _, context in ipairs(robots.contexts) do set_simulations(context, {}) end
-  robots.simulations = {}
+  for i = 1, #robots do
+    local context = rawget(robots.contexts, i)
+    if context then set_simulations(context, {}) end
+  end
+  robots.simulations, robots.simulated = {}, {}
 end
 
 return population

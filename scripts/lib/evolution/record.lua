@@ -65,15 +65,11 @@ end
 -- An old generation, whose genomes and bodies are read when one of its robots needs them.
 local function old_population(run, entry, records)
   local robots, made = rebuilt(run, entry, records), nil
-  local lazy = { __index = function(_, key)
+  robots.on_disk = { __index = function(_, key)
     if key ~= "population" or not run.folder then return nil end
     made = made or read_engine(run, robots)
     return made
   end }
-  for _, context in ipairs(robots.contexts) do
-    setmetatable(context, lazy)
-    for _, trial in ipairs(context.trials or {}) do setmetatable(trial, lazy) end
-  end
   return robots
 end
 

@@ -5,6 +5,7 @@
 local choice = require "limax.base.choice"
 local engine = require "limax.engine"
 local schema = require "limax.engine.schema"
+local scored_robot = require "limax.robot.scored_robot"
 local strict = require "limax.engine.strict"
 
 local fitness = strict.module "limax.fitness"
@@ -81,7 +82,7 @@ fitness.entries = {
 ---@param options? { axis?: "x"|"y"|"z" }
 ---@return number
 function fitness.walk(robot, options)
-  return 2 * robot:distance { from = "middle", axis = options and options.axis }
+  return 2 * scored_robot.distance(robot, "middle", options and options.axis)
 end
 
 --- Twice the horizontal displacement of the scene's block in the run's second half, m, so that
@@ -117,7 +118,7 @@ end
 ---@return number[]? cases
 function fitness.distance(robot, options)
   local along = options and options.axis
-  local whole = robot:distance { axis = along }
+  local whole = scored_robot.distance(robot, "start", along)
   if not (options and options.cases) then return whole end
   return whole, parts(robot, options.cases, ({ x = 1, y = 2, z = 3 })[along])
 end
@@ -127,7 +128,8 @@ end
 ---@param options? { axis?: "x"|"y"|"z", body_lengths?: boolean }
 ---@return number
 function fitness.speed(robot, options)
-  local speed = robot:distance { axis = options and options.axis } / robot:duration()
+  local distance = scored_robot.distance(robot, "start", options and options.axis)
+  local speed = distance / robot:duration()
   if not (options and options.body_lengths) then return speed end
   return speed / robot:length()
 end
@@ -146,7 +148,7 @@ function fitness.efficiency(robot, options)
   local idle = options and options.idle_power or idle_power.value
   local mass = robot:mass()
   local paid = robot:energy().muscle_work + idle * mass * robot:duration()
-  local gained = mass * standard_gravity * robot:distance()
+  local gained = mass * standard_gravity * scored_robot.distance(robot)
   return paid > 0 and gained / paid or 0
 end
 
@@ -157,14 +159,14 @@ end
 function fitness.straightness(robot, options)
   local least = options and options.least_path or least_path.value
   local path = robot:path_length()
-  return path > 0 and path >= least and robot:distance() / path or 0
+  return path > 0 and path >= least and scored_robot.distance(robot) / path or 0
 end
 
 -- An experiment names a function, `fitness = "walk"`; `fitness = limax.fitness.walk()` calls it.
 for name in pairs(fitness.entries) do
   local law = fitness[name]
   rawset(fitness, name, function(robot, ...)
-    if type(robot) ~= "table" or not getmetatable(robot) then
+    if not scored_robot.is(robot) then
       engine.fail(("limax.fitness.%s: expected a robot that was simulated, got %s; an experiment"
         .. " names the function: fitness = %q, or { %q, option = value }"):format(name,
         schema.show(robot), name, name))
@@ -201,12 +203,14 @@ function fitness.get(spec)
   local name, options = choice.read("fitness", spec, fitness.entries)
   local law = fitness[name]
   -- one without options takes none
-  local function call(robot) return law(robot, next(options) and options or nil) end
+  local given = next(options) and options or nil
+  local function call(robot) return law(robot, given) end
   return {
     name = name,
     call = function(robot)
+      if not scored_robot.has_trials(robot) then return call(robot) end
       local trials = robot.trials
-      if not trials or #trials == 1 then return call(trials and trials[1] or robot) end
+      if #trials == 1 then return call(trials[1]) end
       return averaged(call, trials)
     end,
     record = fitness.entries[name].record(options),

@@ -1,5 +1,5 @@
---- body_columns.lua: the bodies of one generation, in memory as the engine has them. A record's body
---- is made of them when a script reads it.
+--- body_columns.lua: the bodies of one generation, in memory as the engine has them. A record's
+--- body is made of them when a script reads it.
 
 local bit = require "bit"
 local ffi = require "ffi"

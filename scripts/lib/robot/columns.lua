@@ -7,6 +7,7 @@ local ffi = require "ffi"
 local body_columns = require "limax.robot.body_columns"
 local choice = require "limax.base.choice"
 local host = require "limax.host"
+local names = require "limax.engine.names"
 local outcome = require "limax.engine.outcome"
 local robot_trials = require "limax.robot.robot_trials"
 
@@ -26,6 +27,7 @@ local columns = {}
 local OF_SCORE = { "fitness", "cases", "measures", "descriptors", "objectives", "novelty",
   "status", "reason" }
 local OTHERS = { "id", "generation", "origin", "island", "age", "step_size" }
+local DONE = names.robot_status.value.done
 local SCHEMA_TEXT = "limax.population/1"
 local SCHEMA = ffi.new("char[?]", #SCHEMA_TEXT, SCHEMA_TEXT)
 local LISTS, NAMES = {}, {}
@@ -144,6 +146,28 @@ function columns.from(records)
   return self
 end
 
+-- Structs of the outcomes of plain records.
+local structs = setmetatable({}, { __mode = "k" })
+
+--- The outcome of a robot that ended well, as the engine has it: of its first trial, where there are
+--- any. nil for other robots.
+---@param record table a row or a plain record
+---@return ffi.cdata*|nil limax_outcome
+function columns.done(record)
+  if getmetatable(record) == Row then
+    local all = record[1].outcomes[1]
+    local o = all and all[record[2] - 1]
+    return o and o.status == DONE and o or nil
+  end
+  local read = record.outcome
+  if not read or read.status ~= "done" then return nil end
+  if not structs[read] then
+    structs[read] = ffi.new "limax_outcome"
+    outcome.write(structs[read], read)
+  end
+  return structs[read]
+end
+
 --- Is a step of any simulation of robot i coarse?
 function Columns:is_coarse(i)
   for _, all in ipairs(self.outcomes) do
@@ -170,18 +194,21 @@ function Columns:expect(simulations, are_trials)
   end
 end
 
+local function copy_row(self, i, from, k)
+  for _, name in ipairs(NAMES) do self[name][i] = from[name][k] end
+  for side = 0, 1 do self.parents[2 * i - 2 + side] = from.parents[2 * k - 2 + side] end
+  self:expect(#from.outcomes, from.has_trials)
+  for trial, all in ipairs(from.outcomes) do self.outcomes[trial][i - 1] = all[k - 1] end
+  self.bodies:copy(i, from.bodies, k)
+  changed(self.rows[i])
+end
+
 --- Copies a record, a row or a plain one, into row i.
 ---@param record table
 function Columns:copy(i, record)
+  if columns.of(record) then return copy_row(self, i, record[1], record[2]) end
   for _, name in ipairs(NAMES) do self[name][i] = record[name] end
   self:set_parents(i, record.parents[1], record.parents[2])
-  local from = columns.of(record)
-  if from then
-    self:expect(#from.outcomes, from.has_trials)
-    for k, all in ipairs(from.outcomes) do self.outcomes[k][i - 1] = all[record[2] - 1] end
-    self.bodies:copy(i, from.bodies, record[2])
-    return
-  end
   if record.body then self.bodies:write(i, record.body) end
   local trials = record.trials or { record.outcome }
   self:expect(#trials, record.trials ~= nil)
@@ -246,11 +273,11 @@ local function outcome_fields(self, k, prefix)
 end
 
 local function measure_fields(self)
-  local names, list = {}, {}
+  local found, list = {}, {}
   for i = 1, self.count do
-    for name in pairs(self.measures[i] or {}) do names[name] = true end
+    for name in pairs(self.measures[i] or {}) do found[name] = true end
   end
-  for k, name in ipairs(choice.sorted_keys(names)) do
+  for k, name in ipairs(choice.sorted_keys(found)) do
     list[k] = { "measures." .. name, "<f8", self.measures, name }
   end
   return list

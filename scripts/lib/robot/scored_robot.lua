@@ -4,6 +4,7 @@
 
 local body = require "limax.robot.body"
 local choice = require "limax.base.choice"
+local columns = require "limax.robot.columns"
 local defaults = require "limax.settings.defaults"
 local energy_balance = require "limax.robot.energy_balance"
 local engine = require "limax.engine"
@@ -64,8 +65,17 @@ local function gone(record, what)
     .. " generations; limax.start(experiment, { out = FOLDER }) keeps all", record.id, what)
 end
 
+-- The key of the contexts of a generation.
+local CONTEXTS = {}
+
 -- Fields that are made once, when they are first read.
 local made = {}
+
+-- Of a robot of a generation, where those of all robots are made at the first read.
+function made.context(self)
+  local contexts = rawget(self, CONTEXTS)
+  return contexts and contexts[self.record[2]]
+end
 
 function made.body(self) return body.view(self.record.body) end
 
@@ -129,6 +139,23 @@ function scored_robot.new(record, context)
   return setmetatable({ record = record, context = context }, class)
 end
 
+--- The same of a robot of a generation.
+---@param row limax.row
+---@param contexts limax.robot.contexts
+---@return limax.scored_robot
+function scored_robot.of_row(row, contexts)
+  return setmetatable({ record = row, [CONTEXTS] = contexts }, class)
+end
+
+--- Was it simulated in several trials?
+---@param robot limax.scored_robot
+---@return boolean
+function scored_robot.has_trials(robot)
+  local contexts = rawget(robot, CONTEXTS)
+  if contexts then return contexts.have_trials end
+  return robot.context.trials ~= nil
+end
+
 --- Is this the name of a method that robots have once they are simulated?
 ---@param name any
 ---@return boolean
@@ -145,11 +172,12 @@ function scored_robot.is(value) return getmetatable(value) == class end
 
 -- ---- measures -----------------------------------------------------------------------------------
 
--- The outcome of a robot that ended well; only such a robot has measures.
+-- The outcome of a robot that ended well, as the engine has it; only such a robot has measures.
 local function outcome_of(self, what)
   local record = self.record
+  local done = columns.done(record)
+  if done then return done end
   local outcome = record.outcome
-  if outcome and outcome.status == "done" then return outcome end
   local when = outcome and outcome.status == "diverged" and outcome.time
     and (" at t = %.4g s"):format(outcome.time) or ""
   fail("robot %s has no %s: it is %s%s%s", record.id, what, record.status,
@@ -175,12 +203,12 @@ end
 -- A number that the engine computes from a trace.
 local function summary(self, what, field, kind)
   local value = outcome_of(self, what)[field]
-  if value then return value end
+  -- NaN where the trace is not recorded
+  if value == value then return value end
   fail("%s reads the trace %q, which was not recorded; add the entry %s (samples per second)", what,
     kind, entry_to_add(self, kind))
 end
 
-local axes = { x = 1, y = 2, z = 3 }
 local starts = { start = "center_start", middle = "center_middle" }
 
 local axis_rule, from_rule = schema.choice { "x", "y", "z" }, schema.choice { "start", "middle" }
@@ -196,7 +224,18 @@ end
 local function moved(self, what, from)
   local outcome = outcome_of(self, what)
   local first, last = outcome[starts[from or "start"]], outcome.center_end
-  return last[1] - first[1], last[2] - first[2], last[3] - first[3]
+  return last[0] - first[0], last[1] - first[1], last[2] - first[2]
+end
+
+--- `robot:distance`, for options that were checked before.
+---@param robot limax.scored_robot
+---@param from? "start"|"middle"
+---@param axis? "x"|"y"|"z"
+---@return number m
+function scored_robot.distance(robot, from, axis)
+  local dx, dy, dz = moved(robot, "distance", from)
+  if axis then return axis == "x" and dx or axis == "y" and dy or dz end
+  return math.sqrt(dx * dx + dy * dy)
 end
 
 --- Seconds from t = 0 to the end.
@@ -209,9 +248,7 @@ function methods:duration() return outcome_of(self, "duration").time end
 ---@return number m
 function methods:distance(options)
   options = read_options(options, "distance", axis_and_from)
-  local dx, dy, dz = moved(self, "distance", options.from)
-  if options.axis then return ({ dx, dy, dz })[axes[options.axis]] end
-  return math.sqrt(dx * dx + dy * dy)
+  return scored_robot.distance(self, options.from, options.axis)
 end
 
 --- The vector between the centres of mass at t = 0 (or from the middle) and at the end, m.
@@ -268,15 +305,16 @@ function methods:block(options)
   options = read_options(options, "block", only_from)
   local outcome = outcome_of(self, "block")
   local last = outcome.block_end
-  if not last then
+  if last[0] ~= last[0] then
     fail("robot %s has no block: its scene does not name the effect 'block'", self.record.id)
   end
   local first = options.from == "middle" and outcome.block_middle or outcome.block_start
-  local displacement = { last[1] - first[1], last[2] - first[2], last[3] - first[3] }
+  local displacement = { last[0] - first[0], last[1] - first[1], last[2] - first[2] }
+  local velocity = outcome.block_velocity
   return {
     displacement = displacement, distance = math.sqrt(displacement[1] ^ 2 + displacement[2] ^ 2),
-    position = { last[1], last[2], last[3] },
-    velocity = { unpack(outcome.block_velocity) },
+    position = { last[0], last[1], last[2] },
+    velocity = { velocity[0], velocity[1], velocity[2] },
     -- rounding may put a cosine beyond 1
     tilt = math.acos(math.max(-1, math.min(1, outcome.block_upright))),
   }

@@ -64,9 +64,9 @@ local function of(population, part, field)
     engine.fail(('diversity.%s: expected "all" or "top", got %s'):format(field, tostring(part)))
   end
   -- an island has a part of the robots of the engine's population
-  local contexts, ranked = population.contexts, {}
+  local places, ranked = rawget(population, "places"), {}
   for k, index in ipairs(population.ranked) do
-    ranked[k] = contexts and contexts[index].index or index
+    ranked[k] = places and places[index] or index
   end
   local values = diversity.measure(population.engine, ranked, population.materials)
   return values[part or "all"] and values[part or "all"][field]

@@ -3,21 +3,21 @@
 
 local diversity = require "limax.run.diversity"
 local sample = require "limax.base.statistics.sample"
+local sorting = require "limax.base.sorting"
 
 local metrics = {}
 
 --- Indices of the scored robots, best first; equal ones in index order.
 ---@return integer[]
 function metrics.rank(records)
-  local ranked = {}
+  local ranked, scored, values = {}, {}, {}
   for i, record in ipairs(records) do
-    if record.fitness then ranked[#ranked + 1] = i end
+    local score = record.fitness
+    if score then
+      scored[#scored + 1], values[#values + 1] = i, score
+    end
   end
-  table.sort(ranked, function(a, b)
-    local first, second = records[a].fitness, records[b].fitness
-    if first ~= second then return first > second end
-    return a < b
-  end)
+  for k, place in ipairs(sorting.descending(values)) do ranked[k] = scored[place] end
   return ranked
 end
 
