@@ -4,7 +4,7 @@
 local arms = require "limax.tools.report.arms"
 local choice = require "limax.base.choice"
 local engine = require "limax.engine"
-local figures = require "limax.tools.compare.figures"
+local folder = require "limax.tools.compare.folder"
 local outcome = require "limax.tools.compare.outcome"
 local output = require "limax.base.output"
 local recorded = require "limax.tools.compare.recorded"
@@ -46,7 +46,7 @@ Everything else is exploratory.]],
     { name = "target", argument = "VALUE", kind = "number",
       text = "target of the exploratory evaluations; the baseline's centre if left out" },
     { name = "out", argument = "DIR",
-      text = "write text, CSV, JSON, LaTeX and the figures with their data there" },
+      text = "write text, CSV, JSON, LaTeX and the figures of a report there" },
     { name = "device", argument = "NAME", choices = { "auto", "cpu", "cuda" }, value = "cpu",
       text = "that simulates the champions again" },
     { name = "trust",
@@ -72,7 +72,7 @@ function command.run(arguments)
   end
   local result = verdict.compare(groups, outcomes, { baseline = arguments.baseline,
     target = arguments.target, outcome = entry and entry.text })
-  if arguments.out then figures.write(arguments.out, result, groups, outcomes) end
+  if arguments.out then folder.write(arguments.out, result, groups) end
   local form = arguments.csv and "csv" or arguments.json and "json" or arguments.latex and "latex"
   output.write(tables[form or "text"](result, terminal.style()))
   return 0

@@ -118,7 +118,7 @@ local function check_study(t, whole, result)
     t:ok(not arm.claimed, arm.name)
   end
   for _, name in ipairs { "compare.txt", "compare.csv", "compare.json", "compare.tex",
-    "learning.svg", "diversity.csv", "changes.svg", "first_last.csv" } do
+    "learning-85.svg", "first_last.csv" } do
     t:equal(host.file.exists(whole.out .. "/compare/" .. name), "file")
   end
 end

@@ -25,8 +25,8 @@ local OF_TIER = { accuracy = true, integrator = true, precision = true, time_ste
 --- Supervisors that repeat another run, which differs between repetitions of one arm.
 arms.REPEATS = { yoked = true, shuffled = true, constant_median = true, replay = true }
 
--- Characters of a hash in an arm's name.
-local HASH_SHOWN = 8
+-- Digits of a function's hash in names and messages.
+local HASH_SHOWN = 16
 
 -- The longest list of differing fields that a message shows.
 local MOST_SHOWN = 12
@@ -34,7 +34,7 @@ local MOST_SHOWN = 12
 -- Functions are compared by their text, not by their file.
 local function shown(value)
   if type(value) == "table" and value.sha256 and value.first_line then
-    return schema.show(value.sha256)
+    return schema.show(value.sha256:sub(1, HASH_SHOWN))
   end
   return flat.text(value)
 end
@@ -76,32 +76,13 @@ local function check_question(first, shared, run, its)
     first.path, run.path, table.concat(texts, "\n")))
 end
 
--- A supervisor's name, and its record if it is a function of a script, which the file names: lines
--- move when the file is edited.
+-- A supervisor's name, and whether it is a function of a script: then its file's name, because
+-- lines move when the file is edited.
 local function supervisor_name(config)
   local supervisor = config.supervisor
-  if type(supervisor) ~= "table" then return tostring(supervisor) end
+  if type(supervisor) ~= "table" then return tostring(supervisor), false end
   local own = supervisor["function"]
-  if own then return own.file, own end
-  return supervisor.name or tostring(supervisor[1])
-end
-
--- The names of the arms' supervisors; functions of one file that differ get a hash.
-local function supervisor_names(groups)
-  local hashes, names, own = {}, {}, {}
-  for _, arm in ipairs(groups) do
-    names[arm], own[arm] = supervisor_name(arm.runs[1].config)
-    if own[arm] then
-      local hash = hashes[names[arm]] or own[arm].sha256
-      hashes[names[arm]] = hash == own[arm].sha256 and hash or "several"
-    end
-  end
-  for arm, record in pairs(own) do
-    if hashes[record.file] == "several" then
-      names[arm] = ("%s#%s"):format(record.file, record.sha256:sub(1, HASH_SHOWN))
-    end
-  end
-  return names, own
+  return own and own.file or supervisor.name or tostring(supervisor[1]), own ~= nil
 end
 
 -- Names of arms of one supervisor that differ only in how they search; nil for others.
@@ -120,7 +101,7 @@ end
 -- is a function, or another arm has it, by the experiments; if another arm has that name, by the
 -- supervisor and the fields that differ from its first arm.
 local function name_arms(groups)
-  local supervisors, experiments, first_of = {}, {}, {}
+  local supervisors, experiments, first_of, names, is_function = {}, {}, {}, {}, {}
   local function use(users, word, arm)
     users[word] = users[word] or {}
     users[word][arm] = true
@@ -128,11 +109,11 @@ local function name_arms(groups)
   local function is_only(users, word, arm)
     return word and next(users[word]) == arm and next(users[word], arm) == nil
   end
-  local names, own = supervisor_names(groups)
   for k, name in ipairs(search_names(groups) or {}) do
     groups[k].name = groups[k].name or name
   end
   for _, arm in ipairs(groups) do
+    names[arm], is_function[arm] = supervisor_name(arm.runs[1].config)
     use(supervisors, arm.name or names[arm], arm)
     for _, run in ipairs(arm.runs) do
       if run.config.name then use(experiments, run.config.name, arm) end
@@ -140,9 +121,9 @@ local function name_arms(groups)
   end
   for _, arm in ipairs(groups) do
     local name = arm.runs[1].config.name
-    local base, is_function = names[arm], own[arm] ~= nil
+    local base = names[arm]
     local first = first_of[base]
-    if arm.name or not is_function and is_only(supervisors, base, arm) then
+    if arm.name or not is_function[arm] and is_only(supervisors, base, arm) then
       arm.name = arm.name or base
     elseif is_only(experiments, name, arm) and not supervisors[name] then
       arm.name = name

@@ -45,19 +45,28 @@ local function robots_csv(shown)
   return csv.encode({ "robot", "time", "along", "away", "up" }, rows)
 end
 
---- Writes the figures.
+--- Writes the charts of arms.
+---@param list limax.report.arm[]
 ---@param label string of the fitness, with its unit
 ---@return string[] names
-function figures.write(folder, folders, label, options)
+function figures.charts(folder, list, label)
   local made, message = host.file.mkdir(folder)
-  if not made then failure.raise(1, "--figures: " .. message) end
-  local list, names = runs.arms(folders), {}
+  if not made then failure.raise(1, message) end
+  local names = {}
   for _, each in ipairs(charts.of(list, label)) do
     if #each.panels > 0 then
       names[#names + 1], each.panels = each.name, { unpack(each.panels, 1, MOST_PANELS) }
       figure.write(folder, each)
     end
   end
+  return names
+end
+
+--- Writes the charts of runs, and their robots.
+---@return string[] names
+function figures.write(folder, folders, label, options)
+  local list = runs.arms(folders)
+  local names = figures.charts(folder, list, label)
   local shown = options.robots == false and {} or robots.simulate(list, options)
   if #shown > 0 then
     names[#names + 1] = "robots"

@@ -10,7 +10,7 @@ local engine = require "limax.engine"
 local evolve = require "limax.evolution.evolve"
 local experiments = require "limax.experiment.experiment"
 local failure = require "limax.base.failure"
-local figures = require "limax.tools.compare.figures"
+local folder = require "limax.tools.compare.folder"
 local folders = require "limax.tools.report.runs"
 local host = require "limax.host"
 local model_arms = require "limax.tools.study.model_arms"
@@ -169,7 +169,7 @@ function study.run(self)
   -- on the CPU as in `limax compare`, so that it gives the same numbers wherever the study ran
   local outcomes = outcome.measure(list, engine.device "cpu", { fitness = self.fitness })
   local result = verdict.compare(groups, outcomes)
-  figures.write(self.out .. "/compare", result, groups, outcomes)
+  folder.write(self.out .. "/compare", result, groups)
   return result
 end
 
