@@ -48,9 +48,65 @@ context::context(const driver& driver, int ordinal)
 }
 
 context::~context() {
+    free_kept();
     CUdevice device = 0;
     if (driver_.device_get(&device, gpu_.ordinal) == CUDA_SUCCESS)
         (void)driver_.primary_ctx_release(device);
+}
+
+context::work::work(const context& context) : context_(context) {
+    const std::lock_guard lock(context.mutex_);
+    ++context.works_;
+}
+
+context::work::~work() {
+    {
+        const std::lock_guard lock(context_.mutex_);
+        if (--context_.works_ > 0) return;
+    }
+    context_.free_kept();
+}
+
+bool context::keep(CUdeviceptr memory, std::size_t bytes) const {
+    const std::lock_guard lock(mutex_);
+    if (works_ == 0 || bytes_kept_ + bytes > bytes_held_) return false;
+    kept_.emplace(bytes, memory);
+    bytes_kept_ += bytes;
+    return true;
+}
+
+bool context::keep(void* memory, std::size_t bytes) const {
+    const std::lock_guard lock(mutex_);
+    if (works_ > 0) kept_on_host_.emplace(bytes, memory);
+    return works_ > 0;
+}
+
+template <class Handle>
+Handle context::take(kept_blocks<Handle>& kept, std::size_t bytes) const {
+    const std::lock_guard lock(mutex_);
+    const auto found = kept.lower_bound(bytes);
+    if (found == kept.end() || found->first > bytes + bytes / 8) return {};
+    if constexpr (std::is_same_v<Handle, CUdeviceptr>) bytes_kept_ -= found->first;
+    return kept.extract(found).mapped();
+}
+
+// Waits for all work of the GPU.
+void context::free_kept() const {
+    kept_blocks<CUdeviceptr> blocks;
+    kept_blocks<void*> on_host;
+    {
+        const std::lock_guard lock(mutex_);
+        blocks.swap(kept_);
+        on_host.swap(kept_on_host_);
+        bytes_kept_ = 0;
+    }
+    if (blocks.empty() && on_host.empty()) return;
+    try {
+        const scope here = current();
+        for (const auto& [bytes, memory] : blocks) (void)driver_.mem_free(memory);
+        for (const auto& [bytes, memory] : on_host) (void)driver_.mem_free_host(memory);
+    } catch (const cuda_error&) {
+    }
 }
 
 std::size_t context::free_memory() const {
@@ -112,7 +168,15 @@ device_block::device_block(const context& context, std::size_t bytes, const std:
     : owned(context) {
     if (bytes == 0) return;
     const auto here = context.current();
+    handle_ = context.take(context.kept_, bytes);
+    if (handle_) {
+        bytes_ = bytes;
+        count(int64_t(bytes));
+        return;
+    }
     const double held = double(context.bytes_held_);
+    if (held + double(context.bytes_kept_) + double(bytes) > context.memory_limit_)
+        context.free_kept();
     const auto out_of_memory = [&](const std::string& limit) {
         throw cuda_error(LIMAX_OUT_OF_MEMORY,
                          format("CUDA: out of memory: %s: %.3g GB were needed; %s", what.c_str(),
@@ -123,7 +187,11 @@ device_block::device_block(const context& context, std::size_t bytes, const std:
     if (held + double(bytes) > context.memory_limit_)
         out_of_memory(format("LIMAX_CUDA_MEMORY allows %.3g GB of %s, of which %.3g GB are taken",
                              context.memory_limit_ / 1e9, gpu.c_str(), held / 1e9));
-    const CUresult result = api().mem_alloc(&handle_, bytes);
+    CUresult result = api().mem_alloc(&handle_, bytes);
+    if (result == CUDA_ERROR_OUT_OF_MEMORY && context.bytes_kept_ > 0) {
+        context.free_kept();
+        result = api().mem_alloc(&handle_, bytes);
+    }
     if (result == CUDA_ERROR_OUT_OF_MEMORY)
         out_of_memory(format("%s has %.3g GB, of which %.3g GB are free", gpu.c_str(),
                              double(context.device().memory) / 1e9,
@@ -179,7 +247,8 @@ pinned_block::pinned_block(const context& context, std::size_t bytes, const std:
     : owned(context) {
     if (bytes == 0) return;
     const auto here = context.current();
-    const CUresult result = api().mem_alloc_host(&handle_, bytes);
+    handle_ = context.take(context.kept_on_host_, bytes);
+    const CUresult result = handle_ ? CUDA_SUCCESS : api().mem_alloc_host(&handle_, bytes);
     if (result == CUDA_ERROR_OUT_OF_MEMORY)
         throw cuda_error(
             LIMAX_OUT_OF_MEMORY,

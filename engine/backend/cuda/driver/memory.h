@@ -6,6 +6,8 @@
 #pragma once
 
 #include <atomic>
+#include <map>
+#include <mutex>
 
 #include "backend/cuda/driver/driver.h"
 #include "base/array.h"
@@ -44,16 +46,49 @@ public:
     };
     [[nodiscard]] scope current() const { return scope(*this); }
 
+    // Work that was sent to the GPU and is not waited for yet. Freeing memory would wait for it: so
+    // memory that ends meanwhile is kept for what is made next. Nothing may use it any longer.
+    class work {
+    public:
+        explicit work(const context& context);
+        work(const work&) = delete;
+        ~work();
+
+    private:
+        const context& context_;
+    };
+
 private:
     template <class Handle, auto destroy>
     friend class owned;
     friend class device_block;
+    friend class pinned_block;
+
+    template <class Handle>
+    using kept_blocks = std::multimap<std::size_t, Handle>;  // by their bytes
+
+    // Keeps memory that ends; false if it is to be freed.
+    bool keep(CUdeviceptr memory, std::size_t bytes) const;
+    bool keep(void* memory, std::size_t bytes) const;
+    template <class Other>
+    bool keep(Other* /*not memory*/, std::size_t /*bytes*/) const {
+        return false;
+    }
+    // Kept memory of about this size; null if there is none.
+    template <class Handle>
+    Handle take(kept_blocks<Handle>& kept, std::size_t bytes) const;
+    void free_kept() const;
 
     const driver& driver_;
     const gpu gpu_;
     const double memory_limit_;  // bytes, infinite where LIMAX_CUDA_MEMORY is unset
     CUcontext handle_ = nullptr;
     mutable std::atomic<uint64_t> bytes_held_{0};
+    mutable std::mutex mutex_;  // guards what follows
+    mutable int works_ = 0;
+    mutable kept_blocks<CUdeviceptr> kept_;
+    mutable kept_blocks<void*> kept_on_host_;
+    mutable std::atomic<uint64_t> bytes_kept_{0};  // of the GPU
 };
 
 // Something that the driver made in a context and that `destroy`, a function of the driver, ends.
@@ -74,11 +109,7 @@ public:
     // where it occurred.
     ~owned() {
         if (!handle_) return;
-        try {
-            const auto here = context_->current();
-            (void)(context_->api().*destroy)(handle_);
-        } catch (const cuda_error&) {
-        }
+        if (!context_->keep(handle_, bytes_)) end();
         count(-int64_t(bytes_));
     }
 
@@ -86,6 +117,13 @@ public:
     std::size_t bytes() const { return bytes_; }
 
 protected:
+    void end() const {
+        try {
+            const auto here = context_->current();
+            (void)(context_->api().*destroy)(handle_);
+        } catch (const cuda_error&) {
+        }
+    }
     const driver& api() const { return context_->api(); }
     // Counts memory: that of a GPU by its address, else that of the host.
     void count(int64_t bytes) const {

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include "backend/cuda/plan/kernel_sets.h"
 #include "backend/cuda/run/population.h"
@@ -42,13 +43,7 @@ public:
           local_(std::size_t(setup.count), -1) {
         for (std::size_t i = 0; i < robots_.size(); ++i) local_[robots_[i]] = int32_t(i);
     }
-    // What was sent to the GPU and not collected still uses the memory that ends here.
-    ~robots_on_gpu() override {
-        try {
-            if (slice_ > 0) stream_.synchronize("ending robots");
-        } catch (const cuda_error&) {
-        }
-    }
+    ~robots_on_gpu() override { wait(); }
     robots_on_gpu(const robots_on_gpu&) = delete;
 
     void wake() override;
@@ -70,6 +65,7 @@ public:
 private:
     void allocate(std::size_t count);
     void release();
+    void wait() noexcept;
     void fetch_samples(int32_t kind);
     pinned<prepared_robot> make_springs(std::size_t count);
     void plan_robots(const pinned<prepared_robot>& made);
@@ -149,14 +145,16 @@ private:
     device_memory<double> device_samples_[LIMAX_TRACE_KINDS];
     device_memory<trace_summary> device_summaries_;
     pinned<robot_record> records_;
-    pinned<solid_record> solid_records_;            // empty in a scene without a block
+    pinned<solid_record> solid_records_;  // empty in a scene without a block
+    pinned<trace_summary> summaries_;
     std::vector<int32_t> running_;                  // places in robots_
     std::vector<std::vector<int32_t>> mass_sites_;  // [robot][mass], empty until it is asked for
     std::vector<schedule> plans_;                   // [robot]
     array<double> samples_[LIMAX_TRACE_KINDS];      // what device_samples_ held last
     bool fetched_[LIMAX_TRACE_KINDS] = {};
-    int64_t slice_ = 0;            // steps that were sent to the GPU and not collected
-    double seconds_per_step_ = 0;  // of all running robots
+    int64_t slice_ = 0;                  // steps that were sent to the GPU and not collected
+    std::optional<context::work> sent_;  // while there are some
+    double seconds_per_step_ = 0;        // of all running robots
 };
 
 template <class R>
@@ -177,6 +175,7 @@ void robots_on_gpu<R>::wake() {
         if (scene_.has_solid) solids_.upload(solid_records_.data(), count, stream_);
         stream_.synchronize("preparing robots");
     } catch (...) {
+        wait();
         release();
         throw;
     }
@@ -238,6 +237,7 @@ void robots_on_gpu<R>::plan_robots(const pinned<prepared_robot>& made) {
     if (scene_.has_solid)
         solid_records_ =
             pinned<solid_record>(gpu_, count, format("the blocks of %zu robots", count));
+    summaries_ = pinned<trace_summary>(gpu_, count, "the summaries of traces");
     mass_sites_.resize(count);
     plans_.resize(count);
     for (std::size_t i = 0; i < count; ++i) plan_robot(i, made[i]);

@@ -1,5 +1,15 @@
 // robots_memory.inl: allocation and release of GPU memory; a part of robots.cpp.
 
+// Waits for all that was sent, also after an error: memory that ends may be used again at once.
+template <class R>
+void robots_on_gpu<R>::wait() noexcept {
+    try {
+        stream_.synchronize("ending robots");
+    } catch (const cuda_error&) {
+    }
+    sent_.reset();
+}
+
 // Frees all GPU memory.
 template <class R>
 void robots_on_gpu<R>::release() {

@@ -99,6 +99,7 @@ void robots_on_gpu<R>::launch_steps(step_launch<R> launch, const measure_launch<
 template <class R>
 void robots_on_gpu<R>::enqueue_slice(int64_t most) {
     slice_ = most;
+    sent_.emplace(gpu_);
     device_running_.upload(running_.data(), running_.size(), stream_);
     step_launch<R> launch = scene_.template step_arguments<R>();
     launch.records = device_records_.data();
@@ -144,6 +145,7 @@ void robots_on_gpu<R>::collect_slice() {
     team_->note_step_time(setup_.grid, running_.size(), seconds_per_step_);
     std::fill(std::begin(fetched_), std::end(fetched_), false);
     take_records();
+    sent_.reset();
 }
 
 // Brings the outcomes up to date.
@@ -186,7 +188,6 @@ template <class R>
 void robots_on_gpu<R>::end_robots(const std::vector<int32_t>& ended) {
     const std::size_t count = ended.size();
     device_running_.upload(ended.data(), count, stream_);
-    pinned<trace_summary> summaries(gpu_, count, "the summaries of traces");
     summarize_launch launch{device_records_.data(),
                             device_running_.data(),
                             device_summaries_.data(),
@@ -195,13 +196,13 @@ void robots_on_gpu<R>::end_robots(const std::vector<int32_t>& ended) {
     for (int kind = 0; kind < sample_kinds; ++kind)
         launch.samples[kind] = device_samples_[kind].data();
     scene_.launch_summarize(gpu_, stream_, launch);
-    device_summaries_.download(summaries.data(), count, stream_);
+    device_summaries_.download(summaries_.data(), count, stream_);
     stream_.synchronize("summarizing traces");
     for (std::size_t k = 0; k < count; ++k) {
         const robot_record& record = records_[ended[k]];
         limax_outcome& outcome = outcomes_[robots_[ended[k]]];
         outcome.status = record.status;
         outcome.reason = record.reason;
-        keep_summary(summaries[k], outcome);
+        keep_summary(summaries_[k], outcome);
     }
 }

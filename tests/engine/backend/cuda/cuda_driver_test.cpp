@@ -4,6 +4,7 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <memory>
 #include <thread>
 
 #include "backend/cuda/driver/memory.h"
@@ -150,6 +151,32 @@ TEST_CASE("memory is copied to the GPU and back, counted and freed") {
         CHECK_NOTHROW(device_memory<float>(gpu, 0, "nothing").clear(queue));
         CHECK(contains(failure(LIMAX_INTERNAL, [&] { moved.upload(host.data(), 51, queue, 50); }),
                        "a copy of 408 bytes at 400 leaves a block of 800"));
+    }
+    machine.check_given_back();
+}
+
+TEST_CASE("memory that ends while a GPU works is used again, and freed when the work is done") {
+    const fake_machine machine;
+    {
+        const context gpu(*machine.api, 0);
+        auto first = std::make_unique<device_memory<double>>(gpu, 100, "some numbers");
+        const device_memory<double> other(gpu, 200, "others");
+        const double* const at = first->data();
+        {
+            const context::work sent(gpu);
+            first.reset();
+            CHECK(gpu.bytes_held() == 1600);
+            CHECK(machine.fake->held == 2400);
+            device_memory<double> again(gpu, 95, "fewer");
+            CHECK(again.data() == at);
+            CHECK(machine.fake->held == 2400);
+            // what does not fit beside it is made of it
+            const device_memory<char> rest(gpu, 1000000 - 2400, "the rest");
+            again = device_memory<double>();
+            const device_memory<char> small(gpu, 100, "a few");
+            CHECK(gpu.bytes_held() == 1000000 - 2400 + 1600 + 100);
+        }
+        CHECK(machine.fake->held == 1600);
     }
     machine.check_given_back();
 }
