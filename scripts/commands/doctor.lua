@@ -71,18 +71,12 @@ local function tools()
   return list
 end
 
--- Drops a full 5x5x5 body of soft tissue for a second: its centre of mass must fall g t^2 / 2.
+-- Drops a full 5x5x5 body for a second: its centre of mass must fall g t^2 / 2.
 local function self_check(device)
   local gravity, seconds = 9.81, 1 -- m/s^2, s
-  local materials = engine.materials "paper"
-  local population = engine.population { lattice = { 5, 5, 5 }, count = 1 }
-  local voxels = {}
-  for i = 1, 125 do voxels[i] = materials:index "s" - 1 end
-  population:set_body(1, voxels)
-  population:check(materials)
-  local scene = engine.scene { gravity = { acceleration = { 0, 0, -gravity } } }
-  local simulation = engine.simulation(population, materials, scene,
-    { duration = seconds, settle = 0, position = { 0, 0, 10 } }, device)
+  local simulation = scene_report.simulation({ lattice = { 5, 5, 5 }, materials = "paper" },
+    { gravity = { acceleration = { 0, 0, -gravity } } }, device,
+    { duration = seconds, settle = 0, position = { 0, 0, 10 } })
   local started = host.clock()
   local progress = simulation:run()
   local took = host.clock() - started

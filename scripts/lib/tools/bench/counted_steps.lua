@@ -1,16 +1,12 @@
 --- counted_steps.lua: the script that instructions.lua runs under valgrind: a number of steps of
 --- one full body of 5x5x5 voxels. Arguments: the steps, and the scene as JSON.
 
+local bodies = require "limax.tools.bench.bodies"
 local engine = require "limax.engine"
 local host = require "limax.host"
 
 local materials = engine.materials "paper"
-local bodies = engine.population { lattice = { 5, 5, 5 }, count = 1 }
-local voxels = {}
-for i = 1, bodies.voxels_each do voxels[i] = 1 + i % (materials.count - 1) end
-bodies:set_body(1, voxels)
-bodies:check(materials)
-local simulation = engine.simulation(bodies, materials,
+local simulation = engine.simulation(bodies.population(materials, { 5, 5, 5 }, 1), materials,
   engine.scene(host.json.decode(arg[2], "scene")),
   { duration = 100, time_step = 1e-4, settle = 0 },
   engine.device("cpu", { threads = 1 }))

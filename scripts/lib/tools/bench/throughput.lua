@@ -1,6 +1,6 @@
 --- throughput.lua: `limax bench throughput`: springs per second. On the CPU of full 5x5x5 bodies:
---- each integrator and precision with all effects, then without each effect, then by threads; on a
---- GPU see gpu.lua. Then the cost of whole runs.
+--- each integrator and precision with all effects, then by threads; on a GPU see gpu.lua. Then the
+--- cost of whole runs.
 
 local bodies = require "limax.tools.bench.bodies"
 local cases = require "limax.tools.bench.cases"
@@ -15,7 +15,6 @@ local timing = require "limax.tools.bench.timing"
 
 local throughput = {}
 
-local EFFECTS = { "gravity", "friction", "ground", "damping", "actuation" }
 local PRECISIONS = { "single", "compensated", "mixed", "double" }
 local FIVE = { 5, 5, 5 }
 local ROUNDS = 5
@@ -106,14 +105,6 @@ local function check(materials, device)
   end
 end
 
-local function without(name)
-  local scene = {}
-  for _, effect in ipairs(EFFECTS) do scene[effect] = effect ~= name or nil end
-  -- friction acts where something touches
-  if name == "ground" then scene.friction = nil end
-  return scene
-end
-
 local TABLE = { { "integrator" }, { "precision" }, { "effects" }, { "threads" }, { "robots" },
   { "springs/s", "springs_per_second", "%.3g" }, { "relative", "relative_to_default", "%.2f" } }
 
@@ -126,33 +117,25 @@ local function on_cpu(how)
   how.say "checked: every precision and integrator ends where leapfrog double does"
 
   local rows, list, default, plain = {}, {}, nil, {}
-  local function add(integrator, precision, effects, scene, device, robots)
-    rows[#rows + 1] = { integrator = integrator, precision = precision, effects = effects,
+  local function add(integrator, precision, device, robots)
+    rows[#rows + 1] = { integrator = integrator, precision = precision, effects = "all",
       threads = device.threads, robots = robots }
-    list[#list + 1] = cases.endless(materials, { lattice = FIVE, count = robots, scene = scene,
-      integrator = integrator, precision = precision, device = device, seconds = how.seconds })
+    list[#list + 1] = cases.endless(materials, { lattice = FIVE, count = robots,
+      scene = bodies.ALL, integrator = integrator, precision = precision, device = device,
+      seconds = how.seconds })
     return rows[#rows]
   end
   for _, precision in ipairs(PRECISIONS) do
-    plain[precision] = add("symplectic_euler", precision, "all", bodies.ALL, one, 1)
+    plain[precision] = add("symplectic_euler", precision, one, 1)
   end
   for _, precision in ipairs(PRECISIONS) do
-    local row = add("leapfrog", precision, "all", bodies.ALL, one, 1)
+    local row = add("leapfrog", precision, one, 1)
     if precision == "compensated" then default = row end
   end
-  local function add_default(effects, scene, device, robots)
-    return add("leapfrog", "compensated", effects, scene, device, robots)
-  end
-  for _, effect in ipairs(EFFECTS) do
-    local name = effect == "ground" and "ground and friction" or effect
-    add_default("all but " .. name, without(effect), one, 1)
-  end
-  add_default("gravity", { gravity = true }, one, 1)
-  add_default("none but springs", {}, one, 1)
   -- the same work for one thread and for all, with enough robots that no thread waits
   local robots = 8 * how.device.threads
-  local on_one = add_default("all", bodies.ALL, one, robots)
-  local on_all = add_default("all", bodies.ALL, how.device, robots)
+  local on_one = add("leapfrog", "compensated", one, robots)
+  local on_all = add("leapfrog", "compensated", how.device, robots)
 
   for i, rate in ipairs(timing.best_rates(list, ROUNDS)) do
     rows[i].springs_per_second = rate

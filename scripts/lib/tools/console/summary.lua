@@ -4,6 +4,7 @@
 
 local body_picture = require "limax.draw.body_picture"
 local choice = require "limax.base.choice"
+local curves = require "limax.tools.report.curves"
 local failure = require "limax.base.failure"
 local output = require "limax.base.output"
 local sheet = require "limax.draw.sheet"
@@ -16,8 +17,6 @@ local terminal = require "limax.base.terminal"
 local text_plot = require "limax.draw.text_plot"
 
 local summary = {}
-
-local best_color, mean_color = 214, 67
 
 -- The champion of one generation and what its simulation measured.
 local function champion_of(run, line)
@@ -124,18 +123,6 @@ local function bodies(first, last, style)
     .. "\n\n" .. body_picture.legend(last.description.materials.materials, style)
 end
 
-local function plot(lines, style)
-  local best, mean = {}, {}
-  for k, entry in ipairs(lines) do
-    best[k], mean[k] = { entry.generation, runs.score(entry) }, { entry.generation, entry.mean }
-  end
-  local series = {
-    { name = "mean", points = mean, color = mean_color, dotted = not (style.color or style.ascii) },
-    { name = "best", points = best, color = best_color },
-  }
-  return text_plot.draw(series, { style = style, x = "generation", y = "fitness" })
-end
-
 local function repetition_table(list, style)
   local rows = {}
   for k, run in ipairs(list) do
@@ -184,7 +171,8 @@ function summary.show(folder, options)
   local failures = runs.supervisor_failures(found.runs)
   if failures then write(terminal.bold("supervisor: " .. failures, style) .. "\n\n") end
   write(bodies(first, last, style) .. "\n\n")
-  write(plot(lines, style) .. "\n")
+  local curve = curves.learning({ { name = "best", runs = { run } } }, "fitness")
+  write(text_plot.panel(curve, { style = style }) .. "\n")
 
   local path = folder .. "/champion.svg"
   -- a run is complete without its picture

@@ -12,16 +12,6 @@ local plot = {}
 -- of the terminal's 256 colours, distinguishable for the colour-blind: blue, orange, green, ...
 local colors = { 33, 208, 35, 175, 94, 110, 178, 66, 244 }
 
--- names of the columns of a trace, by its kind
-local columns_of = {
-  center_of_mass = { "x", "y", "z" },
-  contact = { "share of masses in contact" },
-  energy = { "kinetic", "elastic", "gravitational", "power" },
-  strain = { "mean", "largest" },
-  ledger = { "kinetic", "elastic", "contact", "gravitational", "muscles", "damping",
-    "contact damping", "friction", "other" },
-}
-
 local check = schema.fields {
   column = schema.whole(1, 1e6),
   rows = schema.whole(2, 200),
@@ -64,7 +54,7 @@ local function drawn_of(values, is_view, only)
   if is_view then
     local what = tostring(values):match "^view of (%S+)" or ""
     local unit = values.unit
-    return curves(rows, columns_of[what] or {}, values.rate, only), values.rate and "s" or "index",
+    return curves(rows, values.columns or {}, values.rate, only), values.rate and "s" or "index",
       ("%s%s\n"):format(what, unit and unit ~= "1" and ", " .. unit or "")
   end
   if width == 2 and not only then return { curve("values", rows, 1) }, "", "" end
