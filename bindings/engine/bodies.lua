@@ -270,8 +270,11 @@ function methods:diversity(robots)
   end
   local list = ffi.new("int32_t[?]", count)
   for k = 1, count do
-    list[k - 1] = schema.index(("population:diversity: robot %d of the list"):format(k),
-      robots[k], self.count) - 1
+    local i = robots[k]
+    if type(i) ~= "number" or i < 1 or i > self.count or i ~= math.floor(i) then
+      schema.index(("population:diversity: robot %d of the list"):format(k), i, self.count)
+    end
+    list[k - 1] = i - 1
   end
   local out = ffi.new "limax_diversity"
   abi.check(C.limax_population_diversity(handle, list, count, out), "population:diversity")

@@ -184,6 +184,10 @@ function methods:check(table_of_materials, options, first, count)
   end)
 end
 
+local function is_index(value, count)
+  return type(value) == "number" and value >= 1 and value <= count and value == math.floor(value)
+end
+
 -- The parents of children first .. first + children - 1, [child][2] from 0 and from child 1.
 local function pairs_of_indices(what, list_of_pairs, first, children, parents)
   local count = #schema.demand(schema.table, list_of_pairs, what .. ": pairs")
@@ -194,12 +198,15 @@ local function pairs_of_indices(what, list_of_pairs, first, children, parents)
   local list = ffi.new("int32_t[?]", 2 * (first - 1 + children))
   for child = 1, children do
     local pair = list_of_pairs[child]
-    local name = ("%s: pairs[%d]"):format(what, child)
     if type(pair) ~= "table" or #pair ~= 2 then
-      schema.refuse(name, "a list of 2 indices", pair, type(pair) == "table" and #pair)
+      schema.refuse(("%s: pairs[%d]"):format(what, child), "a list of 2 indices", pair,
+        type(pair) == "table" and #pair)
     end
     for k = 1, 2 do
-      local parent = schema.index(("%s[%d]"):format(name, k), pair[k], parents)
+      local parent = pair[k]
+      if not is_index(parent, parents) then
+        schema.index(("%s: pairs[%d][%d]"):format(what, child, k), parent, parents)
+      end
       list[2 * (first + child) - 5 + k] = parent - 1
     end
   end

@@ -12,8 +12,10 @@ local view = require "limax.engine.view"
 
 local mating = {}
 
-local function check_index(index, robots, what)
+-- `what` is a pattern for messages, and `...` its arguments.
+local function check_index(index, robots, what, ...)
   if type(index) ~= "number" or index ~= math.floor(index) or index < 1 or index > #robots then
+    what = what:format(...)
     local hint = index == nil and " (a selection returns two)"
       or type(index) == "table" and " (population.ranked lists indices, best first)" or ""
     failure.raise(1, ("%s is %s; expected an index from 1 to %d%s"):format(what, schema.show(index),
@@ -33,7 +35,7 @@ function mating.check_scored(robots, list, what)
   end
   local seen = {}
   for k, index in ipairs(list) do
-    check_index(index, robots, ("%s[%d]"):format(what, k))
+    check_index(index, robots, "%s[%d]", what, k)
     if not robots.records[index].fitness then
       failure.raise(1, ("%s[%d] = %d has no score: a robot that failed is never an elite nor a"
         .. " parent"):format(what, k, index))
@@ -128,28 +130,31 @@ function mating.pool(robots, parents, has_rows)
 end
 
 -- One parent of a pair: an index into the robots, or a row of the archive.
-local function parent_of(pool, value, what)
+local function parent_of(pool, value, what, ...)
   if type(value) == "table" then
-    row_record(pool, value, what)
+    row_record(pool, value, what:format(...))
     return value
   end
-  check_index(value, pool, what)
+  check_index(value, pool, what, ...)
   return pool.parents and pool.parents[value] or value
 end
 
 --- Checks the two parents of a robot that the selection returned.
 ---@param pool limax.population.scored
 ---@param child integer index in the next generation
----@param place string|nil of the script's own selection: FILE:LINE
+---@param place string of the script's own selection: " (FILE:LINE)"; else ""
 ---@param first any
 ---@param second any
 ---@param third any nil if right
 ---@return (integer|limax.archive.row)[]
 function mating.chosen(pool, child, place, first, second, third)
-  local what = ("the selection's choice%s for robot %d of generation %d")
-    :format(place and (" (%s)"):format(place) or "", child, pool.generation + 1)
-  if third ~= nil then failure.raise(1, what .. ": expected two indices, got more") end
-  return { parent_of(pool, first, what), parent_of(pool, second, what) }
+  local what, generation = "the selection's choice%s for robot %d of generation %d",
+    pool.generation + 1
+  if third ~= nil then
+    failure.raise(1, (what .. ": expected two indices, got more"):format(place, child, generation))
+  end
+  return { parent_of(pool, first, what, place, child, generation),
+    parent_of(pool, second, what, place, child, generation) }
 end
 
 --- One pair of parents per robot of the next generation: an elite twice, then two parents for each
@@ -175,9 +180,9 @@ function mating.pairs(pool, count, elites, named, choose)
   local list = {}
   for k, index in ipairs(elites) do list[k] = { index, index } end
   for k = 1, wanted do
-    local child, what = #elites + k, ("breed: a parent in parents[%d]"):format(k)
-    list[child] = named and { parent_of(pool, named[k][1], what),
-      parent_of(pool, named[k][2], what) } or choose(pool, child)
+    local child, what = #elites + k, "breed: a parent in parents[%d]"
+    list[child] = named and { parent_of(pool, named[k][1], what, k),
+      parent_of(pool, named[k][2], what, k) } or choose(pool, child)
   end
   return list
 end

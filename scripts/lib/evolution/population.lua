@@ -3,6 +3,7 @@
 --- each step first does the steps before it that were left out.
 
 local columns = require "limax.robot.columns"
+local contexts = require "limax.robot.contexts"
 local drive = require "limax.settings.drive"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
@@ -59,7 +60,7 @@ for name in ([[ranked generation repetition parameters engine materials records 
     evaluations timing island state]]):gmatch "%S+" do
   FIELDS[name] = true
 end
-for name in ([[begun columns ledger on_disk places scored_by scored_with simulated state_text
+for name in ([[begun columns ledger on_disk places scored_by scored_with state_text
     parents_scored_with supervision supervisor_failed parents]]):gmatch "%S+" do
   OF_LOOP[name] = true
 end
@@ -82,52 +83,6 @@ end
 
 local population = {}
 
--- Where the record of robot i comes from; `simulations`, one per trial, are added later. `options`
--- of each trial, where they are not its own.
-local function context_of(robots, i, materials, options)
-  local function context(k)
-    local trial = robots.trials[k]
-    return { population = robots.engine, index = i, materials = materials, scene = trial.scene,
-      options = options and options[k] or trial.options }
-  end
-  local whole, config = context(1), robots.world.config
-  whole.fitness = config.fitness
-  if config.trials then
-    whole.trials = {}
-    for k, trial in ipairs(robots.trials) do
-      whole.trials[k] = context(k)
-      whole.trials[k].materials = trial.engine_materials or materials
-    end
-  end
-  return whole
-end
-
--- Names the simulations of a robot, one per trial, in its context; none ends its traces.
-local function set_simulations(context, simulations)
-  context.simulation = simulations[1]
-  if not context.trials then return end
-  for k, trial in ipairs(context.trials) do trial.simulation = simulations[k] end
-end
-
----@class limax.robot.contexts of the robots of a generation, each made at the first read
----@field have_trials boolean
-
----@return limax.robot.contexts
-local function contexts_of(robots)
-  return setmetatable({ have_trials = robots.world.config.trials ~= nil }, {
-    __index = function(contexts, i)
-      local context = context_of(robots, i, robots.materials)
-      set_simulations(context, robots.simulated[i] or {})
-      if robots.on_disk then
-        setmetatable(context, robots.on_disk)
-        for _, trial in ipairs(context.trials or {}) do setmetatable(trial, robots.on_disk) end
-      end
-      rawset(contexts, i, context)
-      return context
-    end,
-  })
-end
-
 --- Makes a generation from its fields: those of limax.population.scored, and `ledger`, how it got
 --- its parameters. Scoring adds its fitness: `scored_with` as it was passed to `score`, `scored_by`
 --- as resolved, and `state_text`, the state as it left it. `parents_scored_with` is that of the
@@ -137,14 +92,14 @@ end
 ---@return limax.population.scored
 function population.new(world, fields)
   local robots = setmetatable(fields, class)
-  robots.world, robots.simulations, robots.simulated = world, {}, {}
+  robots.world, robots.simulations = world, {}
   robots.trials = world.trials(robots.generation)
   robots.evaluations = robots.evaluations or 0
   robots.timing = robots.timing or {}
   robots.timing.simulate, robots.timing.fitness = 0, 0
   robots.columns = columns.of(robots.records[1]) or columns.from(robots.records)
   robots.records = robots.columns.rows
-  robots.contexts = contexts_of(robots)
+  robots.contexts = contexts.of(robots)
   for i, row in ipairs(robots.records) do
     robots[i] = scored_robot.of_row(row, robots.contexts)
   end
@@ -220,11 +175,7 @@ function Population:simulate(on_progress)
   world.advance(simulations, on_progress or world.on_progress)
   self.columns:settle(simulations, mask, world.config.trials ~= nil)
   for i = 1, #self do
-    if mask[i] then
-      self.simulated[i] = simulations
-      local context = rawget(self.contexts, i)
-      if context then set_simulations(context, simulations) end
-    end
+    if mask[i] then self.contexts:simulate(i, simulations) end
   end
   for _, simulation in ipairs(simulations) do table.insert(self.simulations, simulation) end
   self.evaluations = self.evaluations + count
@@ -302,17 +253,18 @@ function Population:score(with)
   -- an elite keeps its score only under the fitness that gave it
   if parents_with ~= nil and parents_with ~= with then
     for i = 1, #self do
-      if not self.simulated[i] then self.columns:forget_score(i) end
+      if not self.contexts.simulated[i] then self.columns:forget_score(i) end
     end
   end
   self:simulate()
   local began, wanted = host.clock(), {}
   for i = 1, #self do
-    wanted[i] = self.simulated[i] ~= nil
+    wanted[i] = self.contexts.simulated[i] ~= nil
     -- a robot that failed in another fitness may get a score from this one
     if wanted[i] then self.columns:set_status(i) end
   end
-  scoring.score { call = law.call, ours = law.name ~= "function", robots = self, records = self.records, wanted = wanted,
+  scoring.score { call = law.call, ours = law.name ~= "function", robots = self,
+    records = self.records, wanted = wanted,
     generation = self.generation, state = world.state, say = world.say,
     measure = world.measured and function(robot, record)
       return measures.add(world.measured, robot, record, world.state)
@@ -358,9 +310,8 @@ function population.simulate_again(robots, mask, materials, options)
   all:settle(simulations, mask, robots.world.config.trials ~= nil)
   for i = 1, #robots do
     if mask[i] then
-      local context = context_of(robots, i, materials, options)
-      set_simulations(context, simulations)
-      again[i] = scored_robot.new(all.rows[i], context)
+      again[i] = scored_robot.new(all.rows[i],
+        contexts.of_robot(robots, i, simulations, materials, options))
     end
   end
   return again, simulations, seconds
@@ -395,11 +346,8 @@ end
 ---@param why string completes "this view ended when ..."
 function population.end_traces(robots, why)
   population.free(robots.simulations, why)
-  for i = 1, #robots do
-    local context = rawget(robots.contexts, i)
-    if context then set_simulations(context, {}) end
-  end
-  robots.simulations, robots.simulated = {}, {}
+  for i = 1, #robots do robots.contexts:simulate(i, nil) end
+  robots.simulations = {}
 end
 
 return population

@@ -60,12 +60,20 @@ end
 ---@return (integer|limax.archive.row)[][] parents a pair per robot of the next generation
 ---@return integer[]|nil homes the island of each of these robots
 function select.elites_and_parents(run, robots, generation, parameters, choice)
-  local config, place = run.config, source.place(run.config.selection)
+  local config, own = run.config, source.place(run.config.selection)
+  local selection, random = run.experiment.selection, nil
+  local place = own and (" (%s)"):format(own) or ""
   local elites, parents, homes
   local rankings = {}
   local function choose(pool, child)
     rankings[pool] = rankings[pool] or mating.ranking(pool)
-    return mating.chosen(pool, child, place, call("the selection", run.experiment.selection, pool,
+    if not own then
+      -- one of the library takes no time, and keeps no stream: all children share the object
+      random = random or random_of(run, generation, child)
+      random.key.individual, random.draw = child, 0
+      return mating.chosen(pool, child, place, selection(pool, random))
+    end
+    return mating.chosen(pool, child, place, call("the selection", selection, pool,
       random_of(run, generation, child), run.world.state))
   end
   if config.islands then

@@ -4,6 +4,7 @@
 
 local choice = require "limax.base.choice"
 local engine = require "limax.engine"
+local measured = require "limax.robot.measured"
 local schema = require "limax.engine.schema"
 local scored_robot = require "limax.robot.scored_robot"
 local strict = require "limax.engine.strict"
@@ -82,7 +83,7 @@ fitness.entries = {
 ---@param options? { axis?: "x"|"y"|"z" }
 ---@return number
 function fitness.walk(robot, options)
-  return 2 * scored_robot.distance(robot, "middle", options and options.axis)
+  return 2 * measured.distance(robot, "middle", options and options.axis)
 end
 
 --- Twice the horizontal displacement of the scene's block in the run's second half, m, so that
@@ -118,7 +119,7 @@ end
 ---@return number[]? cases
 function fitness.distance(robot, options)
   local along = options and options.axis
-  local whole = scored_robot.distance(robot, "start", along)
+  local whole = measured.distance(robot, "start", along)
   if not (options and options.cases) then return whole end
   return whole, parts(robot, options.cases, ({ x = 1, y = 2, z = 3 })[along])
 end
@@ -128,7 +129,7 @@ end
 ---@param options? { axis?: "x"|"y"|"z", body_lengths?: boolean }
 ---@return number
 function fitness.speed(robot, options)
-  local distance = scored_robot.distance(robot, "start", options and options.axis)
+  local distance = measured.distance(robot, "start", options and options.axis)
   local speed = distance / robot:duration()
   if not (options and options.body_lengths) then return speed end
   return speed / robot:length()
@@ -148,7 +149,7 @@ function fitness.efficiency(robot, options)
   local idle = options and options.idle_power or idle_power.value
   local mass = robot:mass()
   local paid = robot:energy().muscle_work + idle * mass * robot:duration()
-  local gained = mass * standard_gravity * scored_robot.distance(robot)
+  local gained = mass * standard_gravity * measured.distance(robot)
   return paid > 0 and gained / paid or 0
 end
 
@@ -159,7 +160,7 @@ end
 function fitness.straightness(robot, options)
   local least = options and options.least_path or least_path.value
   local path = robot:path_length()
-  return path > 0 and path >= least and scored_robot.distance(robot) / path or 0
+  return path > 0 and path >= least and measured.distance(robot) / path or 0
 end
 
 -- An experiment names a function, `fitness = "walk"`; `fitness = limax.fitness.walk()` calls it.

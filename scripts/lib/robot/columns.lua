@@ -149,8 +149,8 @@ end
 -- Structs of the outcomes of plain records.
 local structs = setmetatable({}, { __mode = "k" })
 
---- The outcome of a robot that ended well, as the engine has it: of its first trial, where there are
---- any. nil for other robots.
+--- The outcome of a robot that ended well, as the engine has it: of its first trial, where it has
+--- some. nil for other robots.
 ---@param record table a row or a plain record
 ---@return ffi.cdata*|nil limax_outcome
 function columns.done(record)

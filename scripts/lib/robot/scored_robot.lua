@@ -4,8 +4,8 @@
 
 local body = require "limax.robot.body"
 local choice = require "limax.base.choice"
-local columns = require "limax.robot.columns"
 local defaults = require "limax.settings.defaults"
+local measured = require "limax.robot.measured"
 local energy_balance = require "limax.robot.energy_balance"
 local engine = require "limax.engine"
 local prepared = require "limax.robot.prepared"
@@ -19,17 +19,6 @@ local suggest = require "limax.engine.suggest"
 local scored_robot = {}
 
 local function fail(pattern, ...) engine.fail(pattern:format(...)) end
-
---- Where a record comes from. Traces need `simulation`, the genome needs `population`.
----@class limax.robot.context
----@field population? limax.population of the engine
----@field index? integer in it
----@field simulation? limax.simulation of the engine
----@field materials limax.materials
----@field scene table
----@field options table settings of the simulation, with `record` and `edge`
----@field fitness? any as robot files keep it
----@field trials? limax.robot.context[] of each trial, where there are any
 
 ---@class limax.scored_robot
 ---@field id integer number in its run
@@ -172,45 +161,6 @@ function scored_robot.is(value) return getmetatable(value) == class end
 
 -- ---- measures -----------------------------------------------------------------------------------
 
--- The outcome of a robot that ended well, as the engine has it; only such a robot has measures.
-local function outcome_of(self, what)
-  local record = self.record
-  local done = columns.done(record)
-  if done then return done end
-  local outcome = record.outcome
-  local when = outcome and outcome.status == "diverged" and outcome.time
-    and (" at t = %.4g s"):format(outcome.time) or ""
-  fail("robot %s has no %s: it is %s%s%s", record.id, what, record.status,
-    record.reason and " (" .. record.reason .. ")" or "", when)
-end
-
--- The experiment's `record` with one more entry, as a script writes it.
-local function entry_to_add(self, kind)
-  local parts, record = {}, self.context.options.record or {}
-  for _, name in ipairs(defaults.traces) do
-    local rate = record[name] or 0
-    if name == kind then rate = 50 end
-    if rate > 0 then parts[#parts + 1] = ("%s = %d"):format(name, rate) end
-  end
-  return "record = { " .. table.concat(parts, ", ") .. " }"
-end
-
-local function is_recorded(self, kind)
-  local record = self.context.options.record
-  return record ~= nil and (record[kind] or 0) > 0
-end
-
--- A number that the engine computes from a trace.
-local function summary(self, what, field, kind)
-  local value = outcome_of(self, what)[field]
-  -- NaN where the trace is not recorded
-  if value == value then return value end
-  fail("%s reads the trace %q, which was not recorded; add the entry %s (samples per second)", what,
-    kind, entry_to_add(self, kind))
-end
-
-local starts = { start = "center_start", middle = "center_middle" }
-
 local axis_rule, from_rule = schema.choice { "x", "y", "z" }, schema.choice { "start", "middle" }
 local axis_and_from = schema.fields { axis = axis_rule, from = from_rule }
 local only_axis, only_from = schema.fields { axis = axis_rule }, schema.fields { from = from_rule }
@@ -221,26 +171,9 @@ local function read_options(options, what, rules)
   return checked
 end
 
-local function moved(self, what, from)
-  local outcome = outcome_of(self, what)
-  local first, last = outcome[starts[from or "start"]], outcome.center_end
-  return last[0] - first[0], last[1] - first[1], last[2] - first[2]
-end
-
---- `robot:distance`, for options that were checked before.
----@param robot limax.scored_robot
----@param from? "start"|"middle"
----@param axis? "x"|"y"|"z"
----@return number m
-function scored_robot.distance(robot, from, axis)
-  local dx, dy, dz = moved(robot, "distance", from)
-  if axis then return axis == "x" and dx or axis == "y" and dy or dz end
-  return math.sqrt(dx * dx + dy * dy)
-end
-
 --- Seconds from t = 0 to the end.
 ---@return number s
-function methods:duration() return outcome_of(self, "duration").time end
+function methods:duration() return measured.outcome(self, "duration").time end
 
 --- Horizontal length between the centres of mass at t = 0 and at the end, m; with `axis`, its
 --- signed part along x, y or z; with `from = "middle"`, from half of the time on.
@@ -248,7 +181,7 @@ function methods:duration() return outcome_of(self, "duration").time end
 ---@return number m
 function methods:distance(options)
   options = read_options(options, "distance", axis_and_from)
-  return scored_robot.distance(self, options.from, options.axis)
+  return measured.distance(self, options.from, options.axis)
 end
 
 --- The vector between the centres of mass at t = 0 (or from the middle) and at the end, m.
@@ -256,7 +189,7 @@ end
 ---@return number[] { dx, dy, dz }
 function methods:displacement(options)
   options = read_options(options, "displacement", only_from)
-  return { moved(self, "displacement", options.from) }
+  return { measured.moved(self, "displacement", options.from) }
 end
 
 --- Distance over duration, m/s; `axis` as in distance.
@@ -270,24 +203,24 @@ end
 --- Horizontal length of the path of the centre of mass, m. Reads the trace "center_of_mass".
 ---@return number m
 function methods:path_length()
-  return summary(self, "path_length", "path_length", "center_of_mass")
+  return measured.summary(self, "path_length", "path_length", "center_of_mass")
 end
 
 --- Highest rise of the centre of mass above its position at t = 0, m. Reads the trace
 --- "center_of_mass".
 ---@return number m
-function methods:height() return summary(self, "height", "height", "center_of_mass") end
+function methods:height() return measured.summary(self, "height", "height", "center_of_mass") end
 
 --- Mean share of the masses that touch the ground or another contact, 0 to 1. Reads the
 --- trace "contact".
 ---@return number
-function methods:contact() return summary(self, "contact", "contact", "contact") end
+function methods:contact() return measured.summary(self, "contact", "contact", "contact") end
 
 --- Means of kinetic and elastic energy, and the muscles' positive work in all, J. Reads the trace
 --- "energy".
 ---@return { kinetic: number, elastic: number, muscle_work: number } J
 function methods:energy()
-  local function part(field) return summary(self, "energy", field, "energy") end
+  local function part(field) return measured.summary(self, "energy", field, "energy") end
   return { kinetic = part "kinetic", elastic = part "elastic", muscle_work = part "muscle_work" }
 end
 
@@ -303,7 +236,7 @@ end
 ---@return limax.robot.block
 function methods:block(options)
   options = read_options(options, "block", only_from)
-  local outcome = outcome_of(self, "block")
+  local outcome = measured.outcome(self, "block")
   local last = outcome.block_end
   if last[0] ~= last[0] then
     fail("robot %s has no block: its scene does not name the effect 'block'", self.record.id)
@@ -324,7 +257,7 @@ end
 --- two agree. Reads the trace "ledger" (CPU only).
 ---@return limax.robot.energy_balance
 function methods:ledger()
-  outcome_of(self, "ledger")
+  measured.outcome(self, "ledger")
   return energy_balance.of(self:trace "ledger")
 end
 
@@ -333,8 +266,8 @@ end
 ---@return number mean
 ---@return number largest
 function methods:strain()
-  local mean = summary(self, "strain", "strain", "strain")
-  return mean, summary(self, "strain", "strain_most", "strain")
+  local mean = measured.summary(self, "strain", "strain", "strain")
+  return mean, measured.summary(self, "strain", "strain_most", "strain")
 end
 
 --- Mass of the body, kg.
@@ -361,9 +294,9 @@ function methods:trace(kind)
   if not choice.contains(defaults.traces, kind) then
     fail("trace: unknown name %s%s", schema.show(kind), suggest.ending(kind, defaults.traces))
   end
-  if not is_recorded(self, kind) then
+  if not measured.is_recorded(self, kind) then
     fail("trace %q was not recorded; add the entry %s (samples per second)", kind,
-      entry_to_add(self, kind))
+      measured.entry_to_add(self, kind))
   end
   local simulation = self.context.simulation
   if not simulation then

@@ -1,0 +1,78 @@
+--- measured.lua: what the measures of a simulated robot read: its outcome, as the engine has it,
+--- and which traces were recorded. SI units.
+
+local columns = require "limax.robot.columns"
+local defaults = require "limax.settings.defaults"
+local engine = require "limax.engine"
+
+local measured = {}
+
+local function fail(pattern, ...) engine.fail(pattern:format(...)) end
+
+--- The outcome of a robot that ended well, as the engine has it; only such a robot has measures.
+---@param self limax.scored_robot
+---@param what string names the measure in a message
+---@return ffi.cdata* limax_outcome
+function measured.outcome(self, what)
+  local record = self.record
+  local done = columns.done(record)
+  if done then return done end
+  local outcome = record.outcome
+  local when = outcome and outcome.status == "diverged" and outcome.time
+    and (" at t = %.4g s"):format(outcome.time) or ""
+  fail("robot %s has no %s: it is %s%s%s", record.id, what, record.status,
+    record.reason and " (" .. record.reason .. ")" or "", when)
+end
+
+--- The experiment's `record` with one more entry, as a script writes it.
+---@return string
+function measured.entry_to_add(self, kind)
+  local parts, record = {}, self.context.options.record or {}
+  for _, name in ipairs(defaults.traces) do
+    local rate = record[name] or 0
+    if name == kind then rate = 50 end
+    if rate > 0 then parts[#parts + 1] = ("%s = %d"):format(name, rate) end
+  end
+  return "record = { " .. table.concat(parts, ", ") .. " }"
+end
+
+--- Is a trace recorded?
+function measured.is_recorded(self, kind)
+  local record = self.context.options.record
+  return record ~= nil and (record[kind] or 0) > 0
+end
+
+--- A number that the engine computes from a trace.
+---@return number
+function measured.summary(self, what, field, kind)
+  local value = measured.outcome(self, what)[field]
+  -- NaN where the trace is not recorded
+  if value == value then return value end
+  fail("%s reads the trace %q, which was not recorded; add the entry %s (samples per second)", what,
+    kind, measured.entry_to_add(self, kind))
+end
+
+local starts = { start = "center_start", middle = "center_middle" }
+
+--- How far the centre of mass came.
+---@return number dx m
+---@return number dy
+---@return number dz
+function measured.moved(self, what, from)
+  local outcome = measured.outcome(self, what)
+  local first, last = outcome[starts[from or "start"]], outcome.center_end
+  return last[0] - first[0], last[1] - first[1], last[2] - first[2]
+end
+
+--- `robot:distance`, for options that were checked before.
+---@param robot limax.scored_robot
+---@param from? "start"|"middle"
+---@param axis? "x"|"y"|"z"
+---@return number m
+function measured.distance(robot, from, axis)
+  local dx, dy, dz = measured.moved(robot, "distance", from)
+  if axis then return axis == "x" and dx or axis == "y" and dy or dz end
+  return math.sqrt(dx * dx + dy * dy)
+end
+
+return measured
