@@ -279,16 +279,11 @@ function methods:genome_copy(i)
 end
 
 --- A copy of all genomes, which stays valid.
----@param into? limax.view an earlier copy of the same size, whose memory is overwritten
 ---@return limax.view [robot][gene]
-function methods:genomes_array(into)
+function methods:genomes_array()
   local what = "population:genomes_array"
   local handle, count = coded(self, what), self.count * self.genes
-  local memory
-  if into == nil then memory = ffi.new("float[?]", count) else memory = view.memory(into) end
-  if not ffi.istype("float[?]", memory) or ffi.sizeof(memory) ~= ffi.sizeof "float" * count then
-    schema.refuse(what, ("an earlier copy of %d x %d genes"):format(self.count, self.genes), into)
-  end
+  local memory = ffi.new("float[?]", count)
   abi.check(C.limax_population_read_genomes(handle, 0, self.count, memory), what)
   return view.new(memory, "genomes", "float", memory, { self.count, self.genes })
 end
@@ -323,4 +318,12 @@ function class:__tostring()
   return ("population of %d robots, %dx%dx%d voxels"):format(self.count, unpack(self.lattice))
 end
 
-return { class = class, population = population }
+--- Copies all genomes into memory of the caller: count * genes floats.
+---@param self limax.population
+---@param memory ffi.cdata* float *
+local function copy_genomes(self, memory)
+  local what = "copy_genomes"
+  abi.check(C.limax_population_read_genomes(coded(self, what), 0, self.count, memory), what)
+end
+
+return { class = class, population = population, copy_genomes = copy_genomes }

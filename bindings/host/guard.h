@@ -80,17 +80,6 @@ inline std::string_view text_argument(lua_State* L, int index) {
     return text_at(L, index);
 }
 
-// An FFI array, followed by the argument with its size in bytes.
-inline std::string_view array_argument(lua_State* L, int index) {
-    // LuaJIT's type of FFI objects, which its header does not name
-    constexpr int type_cdata = 10;
-    luaL_argcheck(L, lua_type(L, index) == type_cdata, index, "expected an FFI array");
-    const lua_Number bytes = luaL_checknumber(L, index + 1);
-    luaL_argcheck(L, bytes >= 0 && bytes <= 9007199254740992.0, index + 1,
-                  "a size in bytes must not be negative");
-    return {static_cast<const char*>(lua_topointer(L, index)), static_cast<std::size_t>(bytes)};
-}
-
 // A string argument for the system, without zero bytes.
 inline const char* path_argument(lua_State* L, int index) {
     const std::string_view path = text_argument(L, index);

@@ -26,29 +26,15 @@ int lua_sha256(lua_State* L) {
     return push(L, std::string_view(hex, sizeof hex - 1));
 }
 
-std::string hexadecimal(XXH64_hash_t value) {
-    char hex[17];
-    std::snprintf(hex, sizeof hex, "%016" PRIx64, value);
-    return hex;
-}
-
-// xxh3(text [, array, bytes]): of the text, followed by an FFI array: 16 hexadecimal digits
-int lua_xxh3(lua_State* L) {
-    const std::string_view text = text_argument(L, 1);
-    XXH3_state_t state;
-    XXH3_64bits_reset(&state);
-    XXH3_64bits_update(&state, text.data(), text.size());
-    if (!lua_isnoneornil(L, 2)) {
-        const std::string_view array = array_argument(L, 2);
-        XXH3_64bits_update(&state, array.data(), array.size());
-    }
-    return push(L, hexadecimal(XXH3_64bits_digest(&state)));
-}
+// xxh3(text): 16 hexadecimal digits
+int lua_xxh3(lua_State* L) { return push(L, xxh3(text_argument(L, 1))); }
 
 }  // namespace
 
 std::string xxh3(std::string_view text) {
-    return hexadecimal(XXH3_64bits(text.data(), text.size()));
+    char hex[17];
+    std::snprintf(hex, sizeof hex, "%016" PRIx64, XXH3_64bits(text.data(), text.size()));
+    return hex;
 }
 
 void open_hashes(lua_State* L) {

@@ -25,13 +25,16 @@
 
 -- Writes files asynchronously and in order, until one fails. Jobs count from 1.
 ---@class limax.host.writer
----@field write fun(self: limax.host.writer, path: string, text: string, array?: ffi.cdata*,
---- bytes?: integer): integer number of the job; complete or not at all, the array after the text
+---@field write fun(self: limax.host.writer, path: string, text: string): integer number of the job;
+--- complete or not at all
+---@field array fun(self: limax.host.writer, bytes: integer): lightuserdata memory for the caller to
+--- fill, and then to write with `write_array`
+---@field write_array fun(self: limax.host.writer, path: string): integer
 ---@field write_lines fun(self: limax.host.writer, path: string, npy: string): integer the lines of
 --- rows, which the writer makes
 ---@field append fun(self: limax.host.writer, path: string, text: string): integer whole lines
 ---@field append_hashes fun(self: limax.host.writer, path: string, line: string): integer a sealed
---- line, in which the hash of the lines that `write_lines` made before replaces 16 question marks
+--- line, in which the hashes of the lines and of the array before replace 16 ? and 16 !
 ---@field remove fun(self: limax.host.writer, path: string): integer a file, which may be missing
 ---@field wait fun(self: limax.host.writer, job?: integer): true|nil, string|nil waits until jobs up
 --- to this one, or all, are on disk
@@ -165,8 +168,7 @@
 ---@field image limax.host.image
 ---@field deflate fun(bytes: string): string a zlib stream
 ---@field sha256 fun(text: string): string hexadecimal
----@field xxh3 fun(text: string, array?: ffi.cdata*, bytes?: integer): string of the text, followed
---- by the array: 64 bits, hexadecimal
+---@field xxh3 fun(text: string): string 64 bits, hexadecimal
 ---@field http fun(request: limax.host.request): limax.host.answer|nil, string|nil,
 ---limax.host.http_problem|nil
 ---@field url fun(text: string): limax.host.url|nil, string|nil as libcurl reads it

@@ -24,7 +24,7 @@ namespace {
 
 const char* const writer_type = "limax.writer";
 
-enum class task { write, write_lines, append, append_hashes, remove };
+enum class task { write, write_array, write_lines, append, append_hashes, remove };
 
 struct job {
     std::string path;
@@ -32,13 +32,15 @@ struct job {
     task what;
 };
 
-// Puts the hash of what was written before it into a sealed line whose writer did not know it, and
-// seals the line again.
-std::string completed(const std::string& line, const std::string& hash) {
-    const std::string_view end = "}\n", unknown = "????????????????", seal = ",\"hash\":\"\"";
-    std::string text = line.substr(0, line.size() - end.size() - seal.size() - unknown.size());
-    if (const std::size_t at = text.find(unknown); at != text.npos)
-        text.replace(at, unknown.size(), hash);
+// Puts the hashes of what was written before it into a sealed line whose writer did not know them,
+// and seals the line again.
+std::string completed(const std::string& line, const std::string& lines, const std::string& array) {
+    const std::string_view end = "}\n", seal = ",\"hash\":\"\"";
+    constexpr std::size_t digits = 16;
+    std::string text = line.substr(0, line.size() - end.size() - seal.size() - digits);
+    for (const auto& [letter, hash] : {std::pair('?', lines), std::pair('!', array)})
+        if (const std::size_t at = text.find(std::string(digits, letter)); at != text.npos)
+            text.replace(at, digits, hash);
     text += end;
     const std::string own = xxh3(text);
     text.resize(text.size() - end.size());
@@ -88,6 +90,16 @@ public:
         return std::exchange(spare_, {});
     }
 
+    // Memory of so many bytes for the file that `add_array` then writes.
+    char* array(std::size_t bytes) {
+        array_ = memory();
+        array_.resize(bytes);
+        return array_.data();
+    }
+    std::uint64_t add_array(std::string path) {
+        return add({std::move(path), std::exchange(array_, {}), task::write_array});
+    }
+
     // Waits until so many jobs are on disk or one has failed; returns its message.
     std::string wait(std::uint64_t count) {
         std::unique_lock lock(mutex_);
@@ -109,9 +121,12 @@ private:
         switch (next.what) {
             case task::remove: std::remove(next.path.c_str()); return;
             case task::write: return replace(next.path, next.bytes);
+            case task::write_array:
+                array_hash_ = xxh3(next.bytes);
+                return replace(next.path, next.bytes);
             case task::append: return append_lines(next.path, next.bytes);
             case task::append_hashes:
-                return append_lines(next.path, completed(next.bytes, lines_hash_));
+                return append_lines(next.path, completed(next.bytes, lines_hash_, array_hash_));
             case task::write_lines: {
                 const std::string text = lines_of_rows(next.bytes);
                 lines_hash_ = xxh3(text);
@@ -150,9 +165,10 @@ private:
     std::deque<job> jobs_;     // the first one is in progress
     std::uint64_t added_ = 0;  // used by the thread that runs scripts
     std::uint64_t done_ = 0;
-    std::string lines_hash_;  // of the last lines; used by the thread
-    std::string spare_;       // of a job that is done, the longest one
-    std::string problem_;     // of the first job that failed
+    std::string array_;                    // used by the thread that runs scripts
+    std::string lines_hash_, array_hash_;  // of the last lines; used by the thread
+    std::string spare_;                    // of a job that is done, the longest one
+    std::string problem_;                  // of the first job that failed
     bool ends_ = false;
     std::thread thread_;
 };
@@ -162,12 +178,19 @@ writer& writer_argument(lua_State* L) {
 }
 
 int lua_write(lua_State* L) {
-    writer& target = writer_argument(L);
-    const bool is_large = !lua_isnoneornil(L, 4);
-    job next{path_argument(L, 2), is_large ? target.memory() : std::string(), task::write};
-    next.bytes = text_argument(L, 3);
-    if (is_large) next.bytes.append(array_argument(L, 4));
-    return push(L, target.add(std::move(next)));
+    return push(L, writer_argument(L).add(
+                       {path_argument(L, 2), std::string(text_argument(L, 3)), task::write}));
+}
+
+int lua_array(lua_State* L) {
+    const lua_Number bytes = luaL_checknumber(L, 2);
+    luaL_argcheck(L, bytes >= 0 && bytes <= 9007199254740992.0, 2, "a size in bytes");
+    lua_pushlightuserdata(L, writer_argument(L).array(static_cast<std::size_t>(bytes)));
+    return 1;
+}
+
+int lua_write_array(lua_State* L) {
+    return push(L, writer_argument(L).add_array(path_argument(L, 2)));
 }
 
 int lua_write_lines(lua_State* L) {
@@ -225,6 +248,8 @@ void add_writer(lua_State* L) {
     lua_setfield(L, -2, "__metatable");
     lua_newtable(L);
     add_function<lua_write>(L, "write");
+    add_function<lua_array>(L, "array");
+    add_function<lua_write_array>(L, "write_array");
     add_function<lua_write_lines>(L, "write_lines");
     add_function<lua_append>(L, "append");
     add_function<lua_append_hashes>(L, "append_hashes");

@@ -6,6 +6,7 @@
 local ffi = require "ffi"
 
 local cut = require "limax.run.cut"
+local engine_population = require "limax.engine.population"
 local failure = require "limax.base.failure"
 local generation_files = require "limax.run.generation_files"
 local host = require "limax.host"
@@ -18,7 +19,6 @@ local sealed = require "limax.base.sealed"
 local shell = require "limax.base.shell"
 local source = require "limax.base.source"
 local verify = require "limax.run.verify"
-local view = require "limax.engine.view"
 
 ---@class limax.run_folder
 ---@field path string
@@ -29,7 +29,6 @@ local view = require "limax.engine.view"
 ---@field pending { job: integer, checkpoint: table }[] checkpoints that are not on disk yet
 ---@field jobs table<integer, integer> the last job of a repetition's newest generation
 ---@field recent table<integer, table<integer, true>> generations by repetition: see note_recent
----@field genomes limax.view|nil of the last written generation, whose memory is used again
 ---@field bytes table<string, integer> length of each file that grows, as far as it is written
 ---@field lines limax.run.lines finds the lines of those files
 ---@field scored table<integer, string|nil> hash of what scored the last restored generation
@@ -41,8 +40,8 @@ local run_folder = {}
 
 local GROWING = verify.GROWING
 
--- For the hash of lines that the writer makes; it then puts that hash in its place.
-local UNKNOWN = ("?"):rep(16)
+-- For the hashes of the lines and of the array, in place of which the writer puts them.
+local UNKNOWN_LINES, UNKNOWN_ARRAY = ("?"):rep(16), ("!"):rep(16)
 
 local function json(value) return host.json.encode(value, { indent = 2 }) .. "\n" end
 
@@ -99,8 +98,18 @@ end
 -- Waits until everything is on disk.
 function Folder:settle() self:check(self.writer:wait()) end
 
-function Folder:write_later(name, text, array, bytes)
-  return self.writer:write(self.path .. "/" .. name, text, array, bytes)
+function Folder:write_later(name, text)
+  return self.writer:write(self.path .. "/" .. name, text)
+end
+
+-- Writes the genomes of an engine's population, which are copied at once.
+function Folder:write_genomes(name, robots)
+  local header = npy.header("<f4", { robots.count, robots.genes })
+  local bytes = #header + robots.count * robots.genes * ffi.sizeof "float"
+  local memory = ffi.cast("char *", self.writer:array(bytes))
+  ffi.copy(memory, header, #header)
+  engine_population.copy_genomes(robots, ffi.cast("float *", memory + #header))
+  self.writer:write_array(self.path .. "/" .. name)
 end
 
 -- Writes a file after all that is still to be written, and waits until it is on disk.
@@ -150,8 +159,8 @@ end
 -- Appends the line of a generation to a file that grows. Returns its hash.
 function Folder:append(name, line)
   local text, path = host.json.encode(line) .. "\n", ("%s/%s.jsonl"):format(self.path, name)
-  if name == "hashes" then text = sealed.add(text) end
-  if line.population == UNKNOWN then
+  if name == "hashes" then
+    text = sealed.add(text)
     self.writer:append_hashes(path, text)
   else
     self.writer:append(path, text)
@@ -171,23 +180,18 @@ function Folder:write_generation(written)
   local repetition, generation = written.metrics.repetition, written.metrics.generation
   -- one generation of a repetition is being written at a time, with its genomes
   self:check(self.writer:wait(self.jobs[repetition] or 0))
-  local robots = written.engine
-  -- the writer copies the array
-  self.genomes = robots:genomes_array(self.genomes)
-  local genomes = view.memory(self.genomes)
   local function place(kind) return verify.place(kind, repetition, generation) end
   for _, kind in ipairs { "population", "champion" } do
     self:make_folder(source.folder_of(place(kind)))
   end
-  local champion, header = json(written.champion), npy.header("<f4", { robots.count, robots.genes })
-  local bytes = ffi.sizeof(genomes)
+  local champion = json(written.champion)
   local kept = self.config.record_population
   if kept then
     self:write_later(place "columns", written.robots)
   else
     self.writer:write_lines(self.path .. "/" .. place "population", written.robots)
   end
-  self:write_later(place "genomes", header, genomes, bytes)
+  self:write_genomes(place "genomes", written.engine)
   self:write_later(place "champion", champion)
   for _, kind in ipairs { "state", "archive" } do
     if written[kind] then
@@ -196,9 +200,9 @@ function Folder:write_generation(written)
     end
   end
   local hashes = { schema = "limax.hashes/1", repetition = repetition, generation = generation,
-    scored_by = self.scored_by, population = not kept and UNKNOWN or nil,
+    scored_by = self.scored_by, population = not kept and UNKNOWN_LINES or nil,
     [kept == "best" and "recent_columns" or "columns"] = kept and host.xxh3(written.robots) or nil,
-    [kept == "best" and "recent_genomes" or "genomes"] = host.xxh3(header, genomes, bytes),
+    [kept == "best" and "recent_genomes" or "genomes"] = UNKNOWN_ARRAY,
     champion = host.xxh3(champion),
     state = written.state and host.xxh3(written.state),
     archive = written.archive and host.xxh3(written.archive) }

@@ -201,14 +201,15 @@ end)
 suite:test("a writer works asynchronously and in order until a job fails", function(t)
   local folder, writer = t:folder(), host.file.writer()
   local path = folder .. "/rows"
-  local function numbers() return ffi.new("float[?]", 3, { 1, 2, 3 }) end
+  local numbers = ffi.new("float[?]", 3, { 1, 2, 3 })
   t:equal(writer:done(), 0)
   t:equal({ writer:wait() }, { true })
-  t:equal(writer:write(path, "head", numbers(), 12), 1)
+  ffi.copy(ffi.cast("char *", writer:array(12)), numbers, 12)
+  t:equal(writer:write_array(path), 1)
   for k = 2, 200 do t:equal(writer:append(folder .. "/lines", ("line %d\n"):format(k)), k) end
   collectgarbage()
   t:ok(writer:wait(1))
-  t:ok(process.read(path) == "head" .. ffi.string(numbers(), 12))
+  t:ok(process.read(path) == ffi.string(numbers, 12))
   t:ok(writer:wait())
   t:equal(writer:done(), 200)
   local lines = {}
@@ -229,8 +230,7 @@ suite:test("a writer works asynchronously and in order until a job fails", funct
 
   t:raises("whole lines", function() writer:append(path, "half") end)
   t:raises("there is no such job", function() writer:wait(205) end)
-  t:raises("expected an FFI array", function() writer:write(path, "", "text", 4) end)
-  t:raises("must not be negative", function() writer:write(path, "", ffi.new "int[1]", -1) end)
+  t:raises("a size in bytes", function() writer:array(-1) end)
 
   -- jobs are finished without a wait
   writer = host.file.writer()

@@ -7,7 +7,6 @@ local fixture = require "support.binding.fixture"
 local host = require "limax.host"
 local process = require "support.process"
 local test = require "limax.test"
-local view = require "limax.engine.view"
 
 local MATERIALS, LATTICE, ALL = fixture.MATERIALS, fixture.LATTICE, fixture.ALL
 local robots, raises_there = fixture.robots, fixture.raises_there
@@ -41,14 +40,6 @@ trips:test("genomes", function(t)
   local all = from:genomes_array()
   t:equal(all.shape, { 3, from.genes })
   for i = 1, 3 do t:same_bits(all[i], from:genome(i)) end
-  -- memory of the same size is reused
-  t:ok(view.memory(robots(3, 3):genomes_array(all)) == view.memory(all))
-  t:same_bits(all[2], robots(3, 3):genome(2))
-  for _, wrong in ipairs { 3, "text", ffi.new("float[?]", 3), robots(2):genomes_array(),
-    from:genome(1), from:weights(1):copy() } do
-    t:raises(("expected an earlier copy of 3 x %d genes"):format(from.genes),
-      function() from:genomes_array(wrong) end)
-  end
 end)
 
 trips:test("bodies", function(t)
