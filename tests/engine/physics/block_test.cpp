@@ -285,16 +285,6 @@ TEST_CASE("a collision with a block creates no energy, and the energy balance ho
     }
 }
 
-TEST_CASE("the energy balance holds while a block falls, slides and comes to rest") {
-    stage world = only_block({"gravity", "ground", "friction"});
-    world.set("block", "position", {50, 0, 0.1}).set("block", "velocity", {1.5, 0.5, 0});
-    world.set("block", "spin", {0, 0, 3});
-    world.setup.options.record[LIMAX_TRACE_LEDGER] = 1000;
-    const auto simulation = world.run();
-    const energy_balance balance = balance_of(*simulation);
-    CHECK(balance.error < 3e-2 * balance.start);
-}
-
 TEST_CASE("a start far away and a moving origin change nothing of a push") {
     for (const int precision : every_precision) {
         std::vector<double> ends[2];

@@ -97,34 +97,6 @@ TEST_CASE_TEMPLATE(
     });
 }
 
-TEST_CASE_TEMPLATE("static friction holds masses at rest, kinetic friction slows sliding ones", R,
-                   float, double) {
-    const double origin[3] = {0, 0, 0};
-    const auto params = friction::make<R>(default_values<friction>().data(), origin);
-    REQUIRE(params.static_coefficient > params.kinetic_coefficient);
-    const R load = 20, inverse_mass = 10, h = R(1e-4);
-    const R available = load * inverse_mass * h;  // m/s for each unit of mu
-    const auto left = [&](R before, R after, auto normal) {
-        const vector<R> u{before, 0, 0}, v{after, 0, R(0.5)};
-        return friction::slip(params, normal, load, inverse_mass, u, v, h).x;
-    };
-    const auto check = [&](auto normal) {
-        const R between =
-            R(0.5) * (params.static_coefficient + params.kinetic_coefficient) * available;
-        const R kinetic = params.kinetic_coefficient * available;
-        CHECK(left(0, between, normal) == 0);
-        CHECK(left(R(0.1), between, normal) == doctest::Approx(between - kinetic).epsilon(1e-5));
-        // kinetic friction stops what it can, and more than static friction allows breaks loose
-        CHECK(left(R(0.1), R(0.9) * kinetic, normal) == 0);
-        const R beyond = R(1.1) * params.static_coefficient * available;
-        CHECK(left(0, beyond, normal) == doctest::Approx(beyond - kinetic).epsilon(1e-5));
-        // what rounding leaves of a slip on a slanted surface is rest
-        CHECK(left(R(1e-7), between, normal) == 0);
-    };
-    check(up{});
-    check(vector<R>{0, 0, 1});
-}
-
 TEST_CASE_TEMPLATE("a slip that reverses stops where static friction can hold it", R, float,
                    double) {
     // thrown up a slope between atan(mu_k) and atan(mu_s), at speeds that end anywhere in a step
@@ -193,35 +165,6 @@ TEST_CASE("the force of an effect on a mass at rest is the gradient of its energ
         }
     });
     CHECK(effects > 1);
-}
-
-TEST_CASE_TEMPLATE("wind brings a mass closer to the air's velocity and never past it, at any step",
-                   R, float, double) {
-    draws draw{12345};
-    const double origin[3] = {0, 0, 0};
-    bool past = false, away = false, idle = false;
-    for (int i = 0; i < 20000; ++i) {
-        const double values[4] = {draw(), draw(), draw(), std::pow(10.0, 6 * draw() - 3)};
-        const auto params = wind::make<R>(values, origin);
-        const vector<R> v{R(draw()), R(draw()), R(draw())};
-        const R h = R(std::pow(10.0, 3 * draw() - 3));
-        const vector<R> after = wind::impulse(params, node_state<R>{{}, v, R(0.1), R(10)}, v, h);
-        const R before = params.velocity.x - v.x, left = params.velocity.x - after.x;
-        // to a rounding of velocities of up to 1 m/s
-        const R rounding = sizeof(R) == 4 ? R(3e-7) : R(1e-15);
-        past |= before > R(0) ? left < -rounding : left > rounding;
-        away |= absolute(left) > absolute(before) + rounding;
-        idle |= absolute(before) > R(0.1) && values[3] * double(h) > 1e-2 &&
-                !(absolute(left) < absolute(before));
-    }
-    CHECK(!past);
-    CHECK(!away);
-    CHECK(!idle);
-    // a site that is not in use stays at rest
-    const double values[4] = {1, 2, 3, 1000};
-    const vector<R> still =
-        wind::impulse(wind::make<R>(values, origin), node_state<R>{}, vector<R>{0, 0, 0}, R(1));
-    CHECK(same_bytes(still, vector<R>{0, 0, 0}));
 }
 
 namespace {

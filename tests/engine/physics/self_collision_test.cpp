@@ -3,7 +3,6 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
-#include <cstring>
 
 #include "physics/effects/all.h"
 #include "stage.h"
@@ -55,23 +54,6 @@ TEST_CASE("the repulsion of two masses is the gradient of their energy and never
     CHECK(self_collision::meet(p, at(depth, -2.0)) == doctest::Approx(2e3 * depth + 2 * c));
     CHECK(self_collision::meet(p, at(depth, 100.0)) == 0.0);
     CHECK(self_collision::meet(p, at(-1e-9, -100.0)) == 0.0);
-}
-
-TEST_CASE("without contacts self-collision changes no bit") {
-    for (const int precision : every_precision) {
-        snapshot ends[2];
-        for (const bool collides : {false, true}) {
-            stage body = hairpin(3, collides);
-            body.setup.options.precision = precision;
-            body.setup.options.time_step = 1e-4;
-            const auto simulation = body.open();
-            clap(*simulation, body, 0.05);
-            stage::finish(*simulation);
-            ends[collides] = state_of(*simulation);
-        }
-        CHECK(std::memcmp(ends[0].positions.data(), ends[1].positions.data(),
-                          ends[0].positions.size() * sizeof(double)) == 0);
-    }
 }
 
 TEST_CASE("the energy balance holds while parts collide") {
