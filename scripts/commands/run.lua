@@ -192,7 +192,8 @@ local function show_end(session, device)
     device = device, color = facts.stdout and facts.color,
     write = session.quiet and function() end or output.write })
   if session.quiet then return end
-  output.write("\n", session.tally:text(), "Run folder: ", session.folder.path, "\n")
+  output.write("\n", session.tally:text(), session.tally:time_text(session.folder.config),
+    "Run folder: ", session.folder.path, "\n")
 end
 
 local function execute(session, experiment, arguments)
@@ -228,6 +229,7 @@ local function execute(session, experiment, arguments)
     on_progress = function(state) session.progress:robots(state) end,
     on_generation = function(entry, seconds)
       session.tally:add(entry)
+      session.tally:add_times(seconds)
       session.progress:generation(entry, seconds)
     end }
   -- everything that the engine may refuse is tried before a folder is made

@@ -35,7 +35,8 @@ end
 -- Makes room for bodies of these materials and so many letters. Those of other materials are
 -- forgotten.
 local function expect(self, names, width)
-  if self.names and self.width == width and equal(self.names, names) then return end
+  local fits = self.names and self.width == width
+  if fits and (self.names == names or equal(self.names, names)) then return end
   self.names, self.width, self.known = names, width, {}
   self.shapes = ffi.new("limax_body[?]", self.count)
   self.letters = ffi.new("char[?]", self.count * width)

@@ -181,7 +181,7 @@ end
 ---@param second? integer id
 function Columns:set_parents(i, first, second)
   self.parents[2 * i - 2], self.parents[2 * i - 1] = first or -1, second or -1
-  changed(self.rows[i])
+  rawset(self.rows[i], "parents", nil)
 end
 
 --- Makes room for the outcomes of so many simulations of each robot.

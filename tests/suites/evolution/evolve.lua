@@ -2,6 +2,7 @@
 --- fitness, selection and supervisor, and what history keeps.
 
 local ffi = require "ffi"
+local columns = require "limax.robot.columns"
 local limax = require "limax"
 local engine = require "limax.engine"
 local history_of_runs = require "limax.run.history"
@@ -49,6 +50,24 @@ suite:test("elites are the best robots and keep their id, body and score", funct
       t:equal(now[i].generation, k - 1)
       t:equal(now[i].id, (k - 1) * 6 + i)
     end
+  end
+end)
+
+suite:test("a record reads as its line, also of elites and of robots of a file", function(t)
+  local experiment = small { generations = 3, trials = { {}, { duration = 0.1 } },
+    fitness = function(robot)
+      return robot:distance(), { robot.id, robot:speed(), mass = robot:mass() }
+    end }
+  for robots in limax.start(experiment, { say = silent }):generations() do
+    robots:simulate():score()
+    local lines = host.rows.lines(robots.columns:pack())
+    local read = run_files.robots(lines, "lines")
+    local copies = columns.from(read)
+    for i, record in ipairs(robots.records) do
+      t:equal(host.json.encode(columns.plain(record)), host.json.encode(read[i]))
+      t:equal(columns.plain(copies.rows[i]), read[i])
+    end
+    t:ok(host.rows.lines(copies:pack()) == lines)
   end
 end)
 

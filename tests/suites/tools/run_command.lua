@@ -120,6 +120,10 @@ suite:test("the text of a tally", function(t)
   total:add { evaluations = 10, failed = { invalid = 1, diverged = 0, fitness = 2 } }
   t:equal(last(), "3 of 20 robots failed: 2 by fitness (first: the fitness returned nan), "
     .. "1 invalid.")
+  total:add_times { simulate = 6, fitness = 3, breed = 0.5, write = 0.5 }
+  t:equal(total:time_text { fitness = { ["function"] = { file = "mine.lua", first_line = 12 } },
+    selection = "rank" }, "Time 10 s: 60 % simulation, 30 % fitness (mine.lua:12), "
+    .. "5 % selection and breeding.\n")
 end)
 
 suite:test("slower passes than the processor has are reported", function(t)

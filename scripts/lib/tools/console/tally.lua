@@ -1,6 +1,7 @@
---- tally.lua: how many robots of a run failed, and why.
+--- tally.lua: how many robots of a run failed, and why; what its time was spent on.
 
 local choice = require "limax.base.choice"
+local source = require "limax.base.source"
 
 local tally = {}
 
@@ -9,7 +10,9 @@ local Tally = {}
 Tally.__index = Tally
 
 ---@return limax.tally
-function tally.new() return setmetatable({ counts = {}, robots = 0, failed = 0 }, Tally) end
+function tally.new()
+  return setmetatable({ counts = {}, robots = 0, failed = 0, seconds = {} }, Tally)
+end
 
 --- Keeps the first message of a fitness that failed from the warnings of a run.
 function Tally:add_warning(text)
@@ -23,6 +26,32 @@ function Tally:add(line)
     self.failed = self.failed + robots
     self.counts[reason] = (self.counts[reason] or 0) + robots
   end
+end
+
+--- Adds the times of a generation, as in timing.jsonl.
+---@param seconds table<string, number>
+function Tally:add_times(seconds)
+  for part, value in pairs(seconds) do self.seconds[part] = (self.seconds[part] or 0) + value end
+end
+
+-- Parts of a generation's time, and the fields of the configuration whose functions they call.
+local PARTS = { { "simulate", "simulation" }, { "fitness", "fitness", "fitness" },
+  { "breed", "selection and breeding", "selection", "survival" } }
+
+--- What the time was spent on, as a line; functions of the script with their place.
+---@param config table
+---@return string
+function Tally:time_text(config)
+  local total, texts = 0, {}
+  for _, value in pairs(self.seconds) do total = total + value end
+  for _, part in ipairs(PARTS) do
+    local places = {}
+    for k = 3, #part do places[#places + 1] = source.place(config[part[k]]) end
+    texts[#texts + 1] = ("%.0f %% %s%s"):format(100 * (self.seconds[part[1]] or 0)
+      / total, part[2], places[1] and " (" .. table.concat(places, ", ") .. ")"
+      or "")
+  end
+  return total > 0 and ("Time %.3g s: %s.\n"):format(total, table.concat(texts, ", ")) or ""
 end
 
 --- The tally as a line.
