@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <tuple>
 
 namespace limax::cuda {
 
@@ -82,12 +83,14 @@ bool context::keep(void* memory, std::size_t bytes) const {
 }
 
 template <class Handle>
-Handle context::take(kept_blocks<Handle>& kept, std::size_t bytes) const {
+std::pair<std::size_t, Handle> context::take(kept_blocks<Handle>& kept, std::size_t bytes) const {
     const std::lock_guard lock(mutex_);
     const auto found = kept.lower_bound(bytes);
     if (found == kept.end() || found->first > bytes + bytes / 8) return {};
     if constexpr (std::is_same_v<Handle, CUdeviceptr>) bytes_kept_ -= found->first;
-    return kept.extract(found).mapped();
+    const std::pair<std::size_t, Handle> block = *found;
+    kept.erase(found);
+    return block;
 }
 
 // Waits for all work of the GPU.
@@ -168,7 +171,7 @@ device_block::device_block(const context& context, std::size_t bytes, const std:
     : owned(context) {
     if (bytes == 0) return;
     const auto here = context.current();
-    handle_ = context.take(context.kept_, bytes);
+    std::tie(allocated_, handle_) = context.take(context.kept_, bytes);
     if (handle_) {
         bytes_ = bytes;
         count(int64_t(bytes));
@@ -197,7 +200,7 @@ device_block::device_block(const context& context, std::size_t bytes, const std:
                              double(context.device().memory) / 1e9,
                              double(context.free_memory()) / 1e9));
     api().check(result, "cuMemAlloc", "making room for " + what);
-    bytes_ = bytes;
+    bytes_ = allocated_ = bytes;
     count(int64_t(bytes));
 }
 
@@ -247,7 +250,8 @@ pinned_block::pinned_block(const context& context, std::size_t bytes, const std:
     : owned(context) {
     if (bytes == 0) return;
     const auto here = context.current();
-    handle_ = context.take(context.kept_on_host_, bytes);
+    std::tie(allocated_, handle_) = context.take(context.kept_on_host_, bytes);
+    if (!handle_) allocated_ = bytes;
     const CUresult result = handle_ ? CUDA_SUCCESS : api().mem_alloc_host(&handle_, bytes);
     if (result == CUDA_ERROR_OUT_OF_MEMORY)
         throw cuda_error(

@@ -8,6 +8,7 @@
 #include <atomic>
 #include <map>
 #include <mutex>
+#include <utility>
 
 #include "backend/cuda/driver/driver.h"
 #include "base/array.h"
@@ -74,9 +75,9 @@ private:
     bool keep(Other* /*not memory*/, std::size_t /*bytes*/) const {
         return false;
     }
-    // Kept memory of about this size; null if there is none.
+    // Takes kept memory of about this size; 0 and null if there is none.
     template <class Handle>
-    Handle take(kept_blocks<Handle>& kept, std::size_t bytes) const;
+    std::pair<std::size_t, Handle> take(kept_blocks<Handle>& kept, std::size_t bytes) const;
     void free_kept() const;
 
     const driver& driver_;
@@ -103,13 +104,14 @@ public:
         std::swap(context_, other.context_);
         std::swap(handle_, other.handle_);
         std::swap(bytes_, other.bytes_);
+        std::swap(allocated_, other.allocated_);
         return *this;
     }
     // Results are ignored: after a sticky error nothing can be freed, and that error was raised
     // where it occurred.
     ~owned() {
         if (!handle_) return;
-        if (!context_->keep(handle_, bytes_)) end();
+        if (!context_->keep(handle_, allocated_)) end();
         count(-int64_t(bytes_));
     }
 
@@ -137,7 +139,7 @@ protected:
 
     const context* context_ = nullptr;
     Handle handle_{};
-    std::size_t bytes_ = 0;  // of memory
+    std::size_t bytes_ = 0, allocated_ = 0;  // of memory
 };
 
 // A queue of work in order. Never waits for the default stream. A GPU that is busy takes up `brief`
