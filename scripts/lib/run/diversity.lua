@@ -43,11 +43,13 @@ end
 ---@return { all: limax.diversity.values|nil, top: limax.diversity.values|nil }
 function diversity.measure(population, ranked, materials)
   if #ranked == 0 then return {} end
-  -- sorted, so that sums do not depend on the ranking
+  -- so that sums do not depend on the ranking
   local function sorted(list)
-    local copy = {}
-    for i, index in ipairs(list) do copy[i] = index end
-    table.sort(copy)
+    local copy, is_in = {}, {}
+    for _, index in ipairs(list) do is_in[index] = true end
+    for index = 1, population.count do
+      if is_in[index] then copy[#copy + 1] = index end
+    end
     return copy
   end
   return { all = named(population:diversity(sorted(ranked)), materials),
