@@ -1,6 +1,7 @@
 // device.cpp: the description of the GPUs of this host, and the threads that serve them.
 #include "backend/cuda/run/device.h"
 
+#include <bit>
 #include <nlohmann/json.hpp>
 
 #include "backend/cuda/run/population.h"
@@ -87,15 +88,18 @@ std::shared_ptr<const device_encoding> gpu_team::encoding_on_gpu(
     return made;
 }
 
+double& gpu_team::last_step_time(const lattice& grid, std::size_t robots) {
+    return step_times_[{grid.sites(), int(std::bit_width(robots))}];
+}
+
 double gpu_team::step_time(const lattice& grid, std::size_t robots) {
     const std::lock_guard lock(mutex_);
-    const timed_step& last = last_steps_[grid.sites()];
-    return last.robots <= 2 * robots && robots <= 2 * last.robots ? last.seconds : 0;
+    return last_step_time(grid, robots);
 }
 
 void gpu_team::note_step_time(const lattice& grid, std::size_t robots, double seconds) {
     const std::lock_guard lock(mutex_);
-    last_steps_[grid.sites()] = {robots, seconds};
+    last_step_time(grid, robots) = seconds;
 }
 
 std::string why_no_cuda_device() {

@@ -34,17 +34,15 @@ public:
     void note_step_time(const lattice& grid, std::size_t robots, double seconds);
 
 private:
-    struct timed_step {
-        std::size_t robots = 0;
-        double seconds = 0;
-    };
+    double& last_step_time(const lattice& grid, std::size_t robots);
+
     std::vector<std::unique_ptr<gpu_place>> places_;
     thread_team threads_;
     block_plans plans_;
     std::mutex mutex_;
     // What they point to keeps the key alive.
     std::map<const encoding*, std::weak_ptr<const device_encoding>> encodings_;
-    std::map<int64_t, timed_step> last_steps_;  // by the number of sites
+    std::map<std::pair<int64_t, int>, double> step_times_;  // [sites, magnitude of the robots]
 };
 
 std::unique_ptr<simulation> make_simulation(simulation_setup setup, std::shared_ptr<gpu_team> team);
