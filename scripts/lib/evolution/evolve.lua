@@ -1,7 +1,7 @@
---- evolve.lua: the evolution of one repetition: express, simulate, score, record, supervise,
---- select, breed. A generation is plain data (population.lua) that knows the world it is simulated
---- in, and not the run. Every random number is a function of (seed, repetition, generation, robot):
---- a run can stop after any generation and continue with the same bits.
+--- evolve.lua: the evolution of one repetition: express, simulate, score, supervise, select, breed,
+--- record. A generation is plain data (population.lua) that knows the world it is simulated in, and
+--- not the run. Every random number is a function of (seed, repetition, generation, robot): a run
+--- can stop after any generation and continue with the same bits.
 
 local budget = require "limax.experiment.budget"
 local columns = require "limax.robot.columns"
@@ -34,23 +34,10 @@ local function express(run, fields)
   fields.repetition = run.repetition
   fields.archive = run.world.archive and run.world.archive:list()
   local robots = population.new(run.world, fields)
-  local expressed = host.clock()
   if run.simulates_all then population.begin(robots) end
-  local begun = host.clock()
   robots.columns.bodies:describe(robots.engine, robots.materials)
-  robots.timing.express = expressed - began + host.clock() - begun
+  robots.timing.express = host.clock() - began - robots.timing.simulate
   return robots
-end
-
--- Warns where a function of the script made only the first body.
-local function check_others(run, records)
-  for i, row in ipairs(records) do
-    if (row.body.voxels > 0) ~= (i == 1) then return end
-  end
-  if records[2] then
-    run:say("genome.encoding: robot 2 and all that follow are empty: does express visit every"
-      .. " robot, for _, i in ipairs(robots) do?")
-  end
 end
 
 local function first_generation(run)
@@ -69,7 +56,7 @@ local function first_generation(run)
     ledger = { supervisor = (run.session or run.experiment.supervisor).name,
       entries = host.json.array {} },
     timing = { breed = host.clock() - began, supervise = 0 } })
-  check_others(run, all.rows)
+  population.check_bodies(first)
   return first
 end
 

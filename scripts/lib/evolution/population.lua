@@ -143,6 +143,18 @@ local function check_drive(robots, mask)
   end
 end
 
+--- Warns where a function of the script made only the first body.
+---@param robots limax.population.scored
+function population.check_bodies(robots)
+  for i, record in ipairs(robots.records) do
+    if (record.body.voxels > 0) ~= (i == 1) then return end
+  end
+  if robots[2] then
+    robots.world.say("genome.encoding: robot 2 and all that follow are empty: does express visit"
+      .. " every robot, for _, i in ipairs(robots) do?")
+  end
+end
+
 -- Which robots have no status yet: all but the elites that keep their score; and how many.
 local function unsimulated(robots)
   local mask, count = {}, 0
