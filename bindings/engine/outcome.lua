@@ -6,6 +6,8 @@ local names = require "limax.engine.names"
 
 local outcome = {}
 
+local SIZE = ffi.sizeof "limax_outcome"
+
 ---@class limax.outcome
 ---@field status "skipped"|"running"|"done"|"invalid"|"diverged"
 ---@field reason string|nil "no voxel", "no muscle"; "nonfinite", "speed", "stretch"
@@ -100,11 +102,9 @@ end
 function outcome.copy(simulation, into, mask)
   local from = C.limax_simulation_outcomes(simulation.handle)
   for i = 1, simulation.count do
-    if mask[i] then into[i - 1] = from[i - 1] end
+    if mask[i] then ffi.copy(into + i - 1, from + i - 1, SIZE) end
   end
 end
-
-local SIZE = ffi.sizeof "limax_outcome"
 
 --- The fields of many outcomes for `host.rows.pack`, sorted by name, without status and reason.
 ---@param all ffi.cdata* limax_outcome[]

@@ -235,25 +235,28 @@ end
 --- they are unique in a repetition, and the same in a run that is continued.
 ---@param generation integer the next one
 ---@param elites integer number of the pairs that are elites, which come first
----@param parents limax.mating.parents
+---@param parents limax.mating.parents elites are rows of one generation
 ---@param keep boolean do elites keep their scores?
 ---@param homes? integer[] the island of each robot
 ---@return limax.row[]
 function mating.records(generation, elites, parents, keep, homes)
-  local count = #parents.pairs
+  local count, places, sources, from = #parents.pairs, {}, {}, nil
   local all = columns.new(count)
-  for i, pair in ipairs(parents.pairs) do
-    local first, second = parents.records[pair[1]], parents.records[pair[2]]
-    if i <= elites then
-      all:copy(i, first)
-      all.origin[i] = "elite"
-      if not keep then all:forget_score(i) end
-    else
-      all.id[i], all.generation[i], all.origin[i] = generation * count + i, generation, "bred"
-      all:set_parents(i, first.id, second.id)
-    end
-    all.island[i] = homes and homes[i]
+  for i = 1, elites do
+    local row = parents.records[parents.pairs[i][1]]
+    from, places[i], sources[i] = row[1], i, row[2]
   end
+  if from then all:copy(from, places, sources) end
+  for i = 1, elites do
+    all.origin[i] = "elite"
+    if not keep then all:forget_score(i) end
+  end
+  for i = elites + 1, count do
+    local pair = parents.pairs[i]
+    all.id[i], all.generation[i], all.origin[i] = generation * count + i, generation, "bred"
+    all:set_parents(i, parents.records[pair[1]].id, parents.records[pair[2]].id)
+  end
+  for i = 1, homes and count or 0 do all.island[i] = homes[i] end
   return all.rows
 end
 

@@ -315,10 +315,11 @@ function population.simulate_again(robots, mask, materials, options)
   local began = host.clock()
   robots.world.advance(simulations)
   local seconds = host.clock() - began
-  local all = columns.new(#robots)
+  local all, which = columns.new(#robots), {}
   for i = 1, #robots do
-    if mask[i] then all:copy(i, robots.records[i]) end
+    if mask[i] then which[#which + 1] = i end
   end
+  all:copy(robots.columns, which, which)
   all:settle(simulations, mask, robots.world.config.trials ~= nil)
   for i = 1, #robots do
     if mask[i] then

@@ -35,8 +35,7 @@ end
 -- Makes room for bodies of these materials and so many letters. Those of other materials are
 -- forgotten.
 local function expect(self, names, width)
-  local fits = self.names and self.width == width
-  if fits and (self.names == names or equal(self.names, names)) then return end
+  if self.names and self.width == width and equal(self.names, names) then return end
   self.names, self.width, self.known = names, width, {}
   self.shapes = ffi.new("limax_body[?]", self.count)
   self.letters = ffi.new("char[?]", self.count * width)
@@ -72,12 +71,20 @@ function Bodies:describe(population, materials)
   end
 end
 
---- Copies body k of other bodies.
----@param other limax.body_columns
-function Bodies:copy(i, other, k)
-  if not other.known or not other.known[k] then return end
-  expect(self, other.names, other.width)
-  set(self, i, other.shapes + k - 1, other.letters + (k - 1) * other.width, other.mass[k - 1])
+--- Copies bodies of another generation: body `sources[k]` of `from` becomes body `places[k]`.
+---@param from limax.body_columns
+---@param places integer[]
+---@param sources integer[]
+function Bodies:copy(from, places, sources)
+  if not from.known then return end
+  expect(self, from.names, from.width)
+  local shapes, letters, mass, width = from.shapes, from.letters, from.mass, from.width
+  for k = 1, #places do
+    local j = sources[k] - 1
+    if from.known[j + 1] then
+      set(self, places[k], shapes + j, letters + j * width, mass[j])
+    end
+  end
 end
 
 --- Copies a body of a file.

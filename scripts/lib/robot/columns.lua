@@ -3,6 +3,7 @@
 --- is the robot's line in the population file.
 
 local ffi = require "ffi"
+local new_table = require "table.new"
 
 local body_columns = require "limax.robot.body_columns"
 local choice = require "limax.base.choice"
@@ -14,6 +15,7 @@ local robot_trials = require "limax.robot.robot_trials"
 ---@class limax.columns
 ---@field count integer robots
 ---@field rows limax.row[]
+---@field lists any[][] of the fields, in the order of their names here
 ---@field bodies limax.body_columns
 ---@field parents ffi.cdata* int64_t[count][2] ids, -1 for none
 ---@field outcomes ffi.cdata*[] limax_outcome[count] of each trial, or of the only simulation
@@ -27,6 +29,7 @@ local columns = {}
 local OF_SCORE = { "fitness", "cases", "measures", "descriptors", "objectives", "novelty",
   "status", "reason" }
 local OTHERS = { "id", "generation", "origin", "island", "age", "step_size" }
+local SIZE = ffi.sizeof "limax_outcome"
 local DONE = names.robot_status.value.done
 local SCHEMA_TEXT = "limax.population/1"
 local SCHEMA = ffi.new("char[?]", #SCHEMA_TEXT, SCHEMA_TEXT)
@@ -125,10 +128,14 @@ end
 ---@param count integer robots
 ---@return limax.columns
 function columns.new(count)
-  local self = { count = count, rows = {}, outcomes = {}, has_trials = false,
+  local lists = {}
+  local self = { count = count, rows = {}, lists = lists, outcomes = {}, has_trials = false,
     bodies = body_columns.new(count), parents = ffi.new("int64_t[?]", 2 * count) }
   ffi.fill(self.parents, ffi.sizeof(self.parents), 0xff) -- none: -1
-  for _, name in ipairs(NAMES) do self[name] = {} end
+  for k, name in ipairs(NAMES) do
+    lists[k] = new_table(count, 0)
+    self[name] = lists[k]
+  end
   for i = 1, count do self.rows[i] = setmetatable({ self, i }, Row) end
   return setmetatable(self, Columns)
 end
@@ -136,15 +143,6 @@ end
 --- The columns of a row; nil for a plain record.
 ---@return limax.columns|nil
 function columns.of(record) return getmetatable(record) == Row and record[1] or nil end
-
---- Makes columns of plain records.
----@param records table[]
----@return limax.columns
-function columns.from(records)
-  local self = columns.new(#records)
-  for i, record in ipairs(records) do self:copy(i, record) end
-  return self
-end
 
 -- Structs of the outcomes of plain records.
 local structs = setmetatable({}, { __mode = "k" })
@@ -194,19 +192,31 @@ function Columns:expect(simulations, are_trials)
   end
 end
 
-local function copy_row(self, i, from, k)
-  for _, name in ipairs(NAMES) do self[name][i] = from[name][k] end
-  for side = 0, 1 do self.parents[2 * i - 2 + side] = from.parents[2 * k - 2 + side] end
+--- Copies robots of another generation: robot `sources[k]` of `from` becomes robot `places[k]`.
+---@param from limax.columns
+---@param places integer[]
+---@param sources integer[]
+function Columns:copy(from, places, sources)
+  local count, parents, of = #places, self.parents, from.parents
+  for n, list in ipairs(self.lists) do
+    local other = from.lists[n]
+    for k = 1, count do list[places[k]] = other[sources[k]] end
+  end
+  for k = 1, count do
+    local i, j = 2 * places[k] - 2, 2 * sources[k] - 2
+    parents[i], parents[i + 1] = of[j], of[j + 1]
+    changed(self.rows[places[k]])
+  end
   self:expect(#from.outcomes, from.has_trials)
-  for trial, all in ipairs(from.outcomes) do self.outcomes[trial][i - 1] = all[k - 1] end
-  self.bodies:copy(i, from.bodies, k)
-  changed(self.rows[i])
+  for trial, all in ipairs(from.outcomes) do
+    local into = self.outcomes[trial]
+    for k = 1, count do ffi.copy(into + places[k] - 1, all + sources[k] - 1, SIZE) end
+  end
+  self.bodies:copy(from.bodies, places, sources)
 end
 
---- Copies a record, a row or a plain one, into row i.
----@param record table
-function Columns:copy(i, record)
-  if columns.of(record) then return copy_row(self, i, record[1], record[2]) end
+-- Writes a plain record into row i.
+local function write(self, i, record)
   for _, name in ipairs(NAMES) do self[name][i] = record[name] end
   self:set_parents(i, record.parents[1], record.parents[2])
   if record.body then self.bodies:write(i, record.body) end
@@ -215,10 +225,19 @@ function Columns:copy(i, record)
   for k, each in ipairs(trials) do outcome.write(self.outcomes[k][i - 1], each) end
 end
 
+--- Makes columns of plain records.
+---@param records table[]
+---@return limax.columns
+function columns.from(records)
+  local self = columns.new(#records)
+  for i, record in ipairs(records) do write(self, i, record) end
+  return self
+end
+
 --- Takes from robot i what its simulation and its fitness gave.
 function Columns:forget_score(i)
   for _, name in ipairs(OF_SCORE) do self[name][i] = nil end
-  for _, all in ipairs(self.outcomes) do ffi.fill(all + i - 1, ffi.sizeof "limax_outcome") end
+  for _, all in ipairs(self.outcomes) do ffi.fill(all + i - 1, SIZE) end
   changed(self.rows[i])
 end
 
