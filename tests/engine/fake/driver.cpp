@@ -5,10 +5,12 @@
 
 #include <cuda.h>
 
+#include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <map>
 #include <mutex>
+#include <set>
 #include <string>
 
 namespace {
@@ -16,8 +18,10 @@ namespace {
 std::mutex mutex;  // guards what follows
 limax::test::fake_driver fake;
 std::map<CUdeviceptr, std::size_t> blocks;  // bytes of each
+std::set<CUstream> busy;                    // with launches since they were waited for
+std::uintptr_t last_stream = 0;
 thread_local CUcontext current = nullptr;
-char something;  // handles point here
+char something;  // other handles point here
 
 // Addresses of the fake GPU are addresses of the host.
 void* bytes_at(CUdeviceptr address) {
@@ -151,10 +155,10 @@ CUresult cuMemAlloc(CUdeviceptr* address, std::size_t bytes) {
     return CUDA_SUCCESS;
 }
 CALL(cuMemFree, (CUdeviceptr address), fake.held -= blocks.at(address); blocks.erase(address);
-     std::free(bytes_at(address)))
+     fake.waits += !busy.empty(); std::free(bytes_at(address)))
 CALL(cuMemAllocHost, (void** data, std::size_t bytes), ++fake.host_blocks;
      *data = std::calloc(bytes, 1))
-CALL(cuMemFreeHost, (void* data), --fake.host_blocks; std::free(data))
+CALL(cuMemFreeHost, (void* data), --fake.host_blocks; fake.waits += !busy.empty(); std::free(data))
 CALL(cuMemcpyHtoDAsync, (CUdeviceptr to, const void* from, std::size_t bytes, CUstream),
      std::memcpy(bytes_at(to), from, bytes))
 CALL(cuMemcpyDtoHAsync, (void* to, CUdeviceptr from, std::size_t bytes, CUstream),
@@ -165,9 +169,9 @@ CALL(cuMemsetD8Async, (CUdeviceptr to, unsigned char value, std::size_t bytes, C
      std::memset(bytes_at(to), value, bytes))
 
 CALL(cuStreamCreateWithPriority, (CUstream * stream, unsigned, int), ++fake.streams;
-     *stream = reinterpret_cast<CUstream>(&something))
-CALL(cuStreamDestroy, (CUstream), --fake.streams)
-CALL(cuStreamSynchronize, (CUstream), )
+     *stream = reinterpret_cast<CUstream>(++last_stream))  // NOLINT(performance-no-int-to-ptr)
+CALL(cuStreamDestroy, (CUstream stream), --fake.streams; busy.erase(stream))
+CALL(cuStreamSynchronize, (CUstream stream), busy.erase(stream))
 CALL(cuEventCreate, (CUevent * event, unsigned), ++fake.events;
      *event = reinterpret_cast<CUevent>(&something))
 CALL(cuEventDestroy, (CUevent), --fake.events)
@@ -200,6 +204,7 @@ CALL(cuFuncSetAttribute, (CUfunction, CUfunction_attribute, int), )
 CUresult cuLaunchKernelEx(const CUlaunchConfig* config, CUfunction, void** arguments, void**) {
     BEGIN_IN_CONTEXT(cuLaunchKernelEx);
     ++fake.launches;
+    busy.insert(config->hStream);
     fake.blocks = config->gridDimX;
     fake.threads = config->blockDimX;
     fake.shared_bytes = config->sharedMemBytes;

@@ -70,7 +70,8 @@ context::work::~work() {
 
 bool context::keep(CUdeviceptr memory, std::size_t bytes) const {
     const std::lock_guard lock(mutex_);
-    if (works_ == 0 || bytes_kept_ + bytes > bytes_held_) return false;
+    // not without end, where what is made next never fits
+    if (works_ == 0 || bytes_kept_ + bytes > 2 * bytes_held_) return false;
     kept_.emplace(bytes, memory);
     bytes_kept_ += bytes;
     return true;
