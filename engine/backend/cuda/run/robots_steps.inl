@@ -141,7 +141,11 @@ void robots_on_gpu<R>::enqueue_slice(int64_t most) {
 template <class R>
 void robots_on_gpu<R>::collect_slice() {
     stream_.synchronize("stepping robots");
-    seconds_per_step_ = end_.seconds_since(start_) / double(std::exchange(slice_, 0));
+    slice_ = 0;
+    int64_t done = 1;  // fewer than were sent where robots diverged
+    for (const int32_t i : running_)
+        done = std::max(done, records_[i].step - outcomes_[robots_[i]].step);
+    seconds_per_step_ = end_.seconds_since(start_) / double(done);
     team_->note_step_time(setup_.grid, running_.size(), seconds_per_step_);
     std::fill(std::begin(fetched_), std::end(fetched_), false);
     take_records();
