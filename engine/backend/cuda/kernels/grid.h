@@ -32,7 +32,6 @@ struct grid_robot {
     mass_real* const after;
     const contact_pairs pairs;
     scene_params params;
-    mass_real dt;        // s
     int event = 0;       // of this launch
     int side = 0;        // which half of the exchange is being read
     int64_t listed = 0;  // step at which contact lists were made
@@ -102,12 +101,11 @@ struct grid_robot {
             mass_state m;
             mass_real next_velocity[3];
             load_mass(m, next_velocity, masses()[site], state + site, sites());
-            if (begun)
-                finish_mass(m, next_velocity, dt, record.step == 0 ? mass_real(1) : mass_real(0.5));
+            const step_times times = times_at(record, record.step);
+            if (begun) finish_mass(m, next_velocity, times.dt, times.share);
             store_mass(m, state + site, sites());
             publish(m, site, 0);
         });
-        if (thread == 0) shared.now = moment_at(launch, record, record.step + begun);
         wait();
         if constexpr (meets) list_contacts(record.step + begun);
     }
@@ -218,6 +216,13 @@ struct grid_robot {
             note_contact(launch, shared.record, shared.sum_of[sum_touching], block == 0);
     }
 
+    // The muscles' moments of the steps up to the next event.
+    __device__ void prepare_steps(int64_t step, int steps) {
+        if constexpr (actuated)
+            for (int i = thread; i < steps; i += threads)
+                shared.moments[i] = moment_at(launch, shared.record, step + i);
+    }
+
     // ---- a step ----
 
     // Returns a function that gives the solid's push on a mass.
@@ -241,7 +246,7 @@ struct grid_robot {
         const auto push = pushes_of_solid();
         each_tile([&](int tile) {
             const spring_real* const seen = half(side);
-            tile_forces(grid, launch, columns, seen, tile, shared);
+            tile_forces(grid, launch, columns, seen, tile, shared.moments[now.since_event], shared);
             each_site(grid, tile, [&](int site, int at) {
                 const int in_window =
                     (at % tile_x + 1) + window_x * ((at / tile_x % tile_y + 1) +
@@ -254,8 +259,8 @@ struct grid_robot {
                     met = force_of_pairs(pairs, launch, site, [&](int other) {
                         return exchanged_corner(grid, seen, other);
                     });
-                kick_mass(m, force_on(at, shared), met, push(site, m), params, moment, now.h,
-                          next_velocity);
+                kick_mass(m, force_on(at, shared), met, push(site, m), params, moment,
+                          shared.times.h, next_velocity);
                 if constexpr (kicks_apart)
                     keep_kick(m, site, next_velocity);
                 else
@@ -281,7 +286,8 @@ struct grid_robot {
                                half(side), after,    after + 3 * sites()};
         each_face_law(
             [&](auto effect, int axis) {
-                each_mass([&](int site, int) { faces.push(effect, params, axis, site, now.h); });
+                each_mass(
+                    [&](int site, int) { faces.push(effect, params, axis, site, shared.times.h); });
             },
             [&](int axis) { each_mass([&](int site, int) { faces.take(axis, site); }); },
             [&] { wait(); });
@@ -292,8 +298,8 @@ struct grid_robot {
         const robot_record& record = shared.record;
         wait();
         if (block == 0 && thread < lanes)
-            limax::cuda::step_solid(solid(), launch, record.origin, double(now.h), !now.last,
-                                    record.time_step, now.half_kick ? 1.0 : 0.5);
+            limax::cuda::step_solid(solid(), launch, record.origin, double(shared.times.h),
+                                    !now.last(), record.time_step, double(shared.times.share));
         wait();
     }
 
@@ -314,12 +320,12 @@ struct grid_robot {
 
     __device__ void end_step(mass_state& m, int site, mass_real next_velocity[3],
                              const loop_state& now) {
-        slow_mass(m, params, now.h, next_velocity);
-        if (now.last) {
+        slow_mass(m, params, shared.times.h, next_velocity);
+        if (now.last()) {
             store_mass(m, state + site, sites());
             store_next_velocity(next_velocity, state + site, sites());
         } else {
-            finish_mass(m, next_velocity, dt, now.share());
+            finish_mass(m, next_velocity, shared.times.dt, shared.times.share);
             store_mass(m, state + site, sites());
             publish(m, site, 1 - side);
             if constexpr (meets) moved |= pairs.moved(site, corner_of(m));
@@ -328,7 +334,6 @@ struct grid_robot {
 
     // After all masses have moved.
     __device__ void begin_step(int64_t step) {
-        if (thread == 0) shared.now = moment_at(launch, shared.record, step);
         if constexpr (meets)
             if (moved) atomicMax(launch.pairs.moved + robot, static_cast<unsigned long long>(step));
         wait();
@@ -349,7 +354,8 @@ struct grid_robot {
 
     // ---- the end of a launch ----
 
-    __device__ void store_masses(bool /*between_kick_and_drift*/) const { __syncthreads(); }
+    __device__ void store_masses() const { __syncthreads(); }
+    __device__ void store_kick() const { __syncthreads(); }
     __device__ void store_record() const {
         if (block == 0) copy_record(launch.records[robot], shared.record, thread, threads);
     }

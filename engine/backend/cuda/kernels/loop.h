@@ -10,16 +10,13 @@ namespace limax::cuda {
 // Laws on faces or a solid need the velocities of all masses after the kick.
 inline constexpr bool kicks_apart = has_faces || has_solid;
 
-// Where a run is. An event is a step at which more is due than the step.
+// Where a run is. An event is a step at which more is due than the step. Steps since the last
+// event, at record.step, and up to the next: 0 where the launch ends after the kick.
 struct loop_state {
-    int since_event, until_event;  // steps since the last event, at record.step, and up to the next
-    bool half_kick, last;          // the kick of n = 0; the launch ends after this kick
-    mass_real h;                   // time of the kick, s
+    int since_event, until_event;
 
-    // The share of predict().
-    __device__ mass_real share() const { return half_kick ? mass_real(1) : mass_real(0.5); }
+    __device__ bool last() const { return until_event == 0; }
 };
-
 // Copies the robot's record to shared memory. Returns whether this launch has anything to do.
 template <class Robot>
 __device__ inline bool begin_launch(Robot& robot) {
@@ -46,18 +43,18 @@ __device__ inline bool take_event(Robot& robot, int64_t step, loop_state& now) {
                        step % check_interval == 0 && shared.moved, robot.launch.solids.samples);
     __syncthreads();
     if (threadIdx.x == 0) record.step = step;
-    now.last = step == shared.stop;
-    now.half_kick = leapfrog && step == 0;
+    if (threadIdx.x == 0) shared.times = times_at(record, step);
     now.since_event = 0;
     now.until_event = steps_to_event(record, step, shared.stop, [&] { return robot.solid(); });
+    robot.prepare_steps(step, now.last() ? 1 : now.until_event);
+    if (now.last()) robot.store_masses();
     robot.wait();
     return true;
 }
 
 // Forces, and everything that acts on masses, up to the positions of the next step.
 template <class Robot>
-__device__ inline void take_step(Robot& robot, loop_state& now) {
-    now.h = now.half_kick ? mass_real(0.5) * robot.dt : robot.dt;
+__device__ inline void take_step(Robot& robot, const loop_state& now) {
     robot.kick_masses(now);
     if constexpr (has_faces) robot.push_faces(now);
     if constexpr (has_solid) robot.step_solid(now);
@@ -72,29 +69,31 @@ __device__ inline void run_robot(Robot& robot) {
         robot.store_record();
         return;
     }
-    robot.dt = mass_real(record.time_step);
     follow_origin(robot.params, robot.launch.scene, record.origin);
     if constexpr (has_solid)
         if (robot.leads())
             begin_solid(robot.solid(), robot.launch, record.begun, record.time_step,
                         record.step == 0 ? 1.0 : 0.5);
-    loop_state now{record.begun, record.begun, false, false, robot.dt};
+    loop_state now{record.begun, record.begun};
     robot.begin_masses();
     while (true) {
         if (now.since_event == now.until_event)
-            if (!take_event(robot, record.step + now.since_event, now)) break;
+            if (!take_event(robot, record.step + now.since_event, now)) {
+                robot.store_masses();
+                break;
+            }
         take_step(robot, now);
-        if (now.last) {
+        if (now.last()) {
             if (threadIdx.x == 0) {
                 record.begun = 1;
                 if (record.step == record.steps) record.status = robot_done;
             }
+            robot.store_kick();
             break;
         }
         ++now.since_event;
         robot.begin_step(record.step + now.since_event);
     }
-    robot.store_masses(now.last);
     robot.store_record();
 }
 

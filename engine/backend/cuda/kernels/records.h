@@ -110,10 +110,10 @@ struct scene_values {
     }
 };
 
-// One cell of the lattice (cells.h) and the axes along which it reaches: bits x = 1, y = 2, z = 4.
+// One cell of the lattice (cells.h). Axes are bits: x = 1, y = 2, z = 4.
 struct cell_entry {
-    int32_t site;  // its lowest corner
-    int32_t axes;
+    int32_t site;  // its lowest corner; of a lane without a cell -1 - a place that no mass has
+    int32_t axes;  // along which it reaches, and 8 times those of a cube or square in its place
 };
 
 // The parameters of every effect on masses, made for an origin at 0; those of effects that a scene
@@ -195,7 +195,6 @@ struct step_launch {
     robot_record* records;    // [robot]
     const int32_t* running;   // indices of the robots of this launch, [block]
     const cell_entry* cells;  // block_plan: [slot][32], cubes first, then the rim
-    const int32_t* masses;    // block_plan: sites, [slot][32]
     const float* mass;        // kg, [robot][site]; below 0, with this size, that of a held mass
     const float* springs;     // k, then c, then A and B as the scene needs them,
                               // [robot][parameter][direction][site]

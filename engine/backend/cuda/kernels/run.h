@@ -128,6 +128,19 @@ __device__ inline int64_t next_event(const robot_record& record, int64_t step, i
     return next;
 }
 
+// Times that stay the same between events, in shared memory: registers are scarce.
+struct alignas(16) step_times {
+    mass_real dt;     // s
+    mass_real h;      // of a kick, s: half of dt at n = 0
+    mass_real share;  // of predict()
+};
+
+__device__ inline step_times times_at(const robot_record& record, int64_t step) {
+    const auto dt = mass_real(record.time_step);
+    const bool half_kick = leapfrog && step == 0;
+    return {dt, half_kick ? mass_real(0.5) * dt : dt, mass_real(half_kick ? 1 : 0.5)};
+}
+
 // The muscles' moment at a step, at rest while the body settles.
 __device__ inline effects::actuation::moment<spring_real> moment_at(const launch_arguments& launch,
                                                                     const robot_record& record,

@@ -173,14 +173,15 @@ struct mass_state {
     mass_real position[3], velocity[3];  // x_n; u, before the kick
     mass_real predicted[3];              // p, what forces read; u in symplectic Euler
     mass_real lost_position[3], lost_velocity[3];
-    mass_real mass, inverse_mass;
+    mass_real mass, inverse_mass, root_mass;
 };
 
 LIMAX_LAW effects::node_state<mass_real> node_of(const mass_state& m) {
     return {{m.position[0], m.position[1], m.position[2]},
             {m.predicted[0], m.predicted[1], m.predicted[2]},
             m.mass,
-            m.inverse_mass};
+            m.inverse_mass,
+            m.root_mass};
 }
 
 // The velocity after all forces and the impulses on single masses at t_n over h, without friction.
@@ -300,6 +301,7 @@ LIMAX_LAW void load_mass(mass_state& m, mass_real next_velocity[3], float mass,
     m.mass = mass_real(mass);
     m.inverse_mass = m.mass > mass_real(0) ? mass_real(1) / m.mass : mass_real(0);
     if constexpr (holding) m.mass = absolute(m.mass);
+    m.root_mass = square_root(m.mass);
     for (int axis = 0; axis < 3; ++axis) {
         const mass_real* column = state + axis * stride;
         m.position[axis] = column[column_position * stride];
@@ -320,6 +322,14 @@ LIMAX_LAW void store_mass(const mass_state& m, mass_real* state, int64_t stride)
             column[column_lost_position * stride] = m.lost_position[axis];
             column[column_lost_velocity * stride] = m.lost_velocity[axis];
         }
+    }
+}
+// What a kick changes of a mass that has finished its step: between kick and drift the rest stays.
+LIMAX_LAW void store_kick(const mass_state& m, mass_real* state, int64_t stride) {
+    for (int axis = 0; axis < 3; ++axis) {
+        mass_real* column = state + axis * stride;
+        column[column_next_velocity * stride] = m.velocity[axis];
+        if constexpr (compensated) column[column_lost_velocity * stride] = m.lost_velocity[axis];
     }
 }
 LIMAX_LAW void store_next_velocity(const mass_real next_velocity[3], mass_real* state,

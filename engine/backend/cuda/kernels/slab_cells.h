@@ -7,95 +7,135 @@
 namespace limax::cuda {
 
 struct thread_cells {
-    spring_set<LIMAX_CUBE_HELD> cube[cube_rounds];
-    cell_place place[cell_rounds];  // `at` below 0 for no cell
+    held_cube cube[cube_rounds];
+    int place[cell_rounds];   // of the lowest corner
+    int square[cell_rounds];  // axes of the squares of this warp's slot; those of a cube, or 0
+    any_square mixed[LIMAX_MIXED ? cube_rounds : 1];
 
-    __device__ static spring_set<0> rim(block_memory& shared, int round) {
-        const int before = cube_rounds * cube_in_memory + round * rim_springs;
-        return {{}, shared.parameters + before * threads + threadIdx.x};
+    __device__ static stored_square stored(block_memory& shared, int round) {
+        return {shared.squares[round - cube_rounds]};
+    }
+    __device__ bool has_slot(int round) const {
+        return (round + 1) * warps <= slots || square[round] != 0;
+    }
+    // The cell of this thread in a round. Lanes without one have a site below 0. The warps of a
+    // block differ in work, and every fourth warp of a multiprocessor has the same scheduler: from
+    // block to block of a multiprocessor they take their slots in turn.
+    __device__ static cell_entry entry(const launch_arguments& launch, int round) {
+        const int role = (int(threadIdx.x) / 32 + block_of_multiprocessor() * warps / 4) % warps;
+        const int slot = round * warps + role;
+        if (slot >= slots) return {-1, 0};
+        return launch.cells[(cluster_rank() * slots + slot) * 32 + threadIdx.x % 32];
     }
 
     // Finds this thread's cells and loads the parameters of their springs.
     __device__ void load(const launch_arguments& launch, block_memory& shared) {
-        const int thread = threadIdx.x, rank = cluster_rank();
-        const cell_entry* cells = launch.cells + rank * ((LIMAX_CUBE_SLOTS + LIMAX_RIM_SLOTS) * 32);
+        constexpr site_grid grid{lattice{}};
         const float* columns =
             launch.springs + robot_of(launch) * (spring_columns * direction_count * sites);
 #pragma unroll
-        for (int k = 0; k < cube_rounds; ++k)
-            cube[k].shared = shared.parameters + k * cube_in_memory * threads + thread;
-#pragma unroll
         for (int k = 0; k < cell_rounds; ++k) {
-            const int slot = k * warps + thread / 32;
-            const cell_entry cell = slot < LIMAX_CUBE_SLOTS + LIMAX_RIM_SLOTS
-                                        ? cells[k * threads + thread]
-                                        : cell_entry{-1, 0};
-            place[k] = place_of_cell(cell);
-            if (cell.site < 0) continue;
-            if (k >= cube_rounds)
-                load_rim(rim(shared, k - cube_rounds), columns, cell);
-            else if (slot < LIMAX_CUBE_SLOTS)
-                load_cube(cube[k], columns, cell);
-            else
-                load_rim(cube[k], columns, cell);
+            const cell_entry cell = entry(launch, k);
+            const bool here = cell.site >= 0;
+            place[k] = here ? place_of(cell.site) : place_of_nobody(cell);
+            const int across = cell.axes >> 3;
+            square[k] = __shfl_sync(0xffffffffu, across, 0);
+            if constexpr (LIMAX_MIXED) {
+                if (k < cube_rounds)
+                    mixed[k].across(across);
+                else
+                    shared.squares[k - cube_rounds].mixed[threadIdx.x].across(across);
+            }
+            if (k >= cube_rounds) {
+                if (has_slot(k))
+                    load_square(stored(shared, k), grid, columns, cell.site,
+                                here ? cell.axes & cube_axes : 0, across);
+            } else if (square[k] != cube_axes) {
+                load_square(cube[k], grid, columns, cell.site, here ? cell.axes & cube_axes : 0,
+                            across);
+            } else {
+                load_cube(cube[k], grid, columns, cell.site, here ? cube_axes : 0);
+            }
         }
     }
 
-    // Calls on_cube(place, parameters) or on_rim(place, parameters) for this thread's cells.
-    template <class OnCube, class OnRim>
-    __device__ void each(block_memory& shared, const OnCube& on_cube, const OnRim& on_rim) const {
-        const int thread = threadIdx.x;
-#pragma unroll
-        for (int k = 0; k < cell_rounds; ++k) {
-            if (place[k].at < 0) continue;
-            if (k >= cube_rounds)
-                on_rim(place[k], rim(shared, k - cube_rounds));
-            else if ((k + 1) * warps <= LIMAX_CUBE_SLOTS ||
-                     k * warps + thread / 32 < LIMAX_CUBE_SLOTS)
-                on_cube(place[k], cube[k]);
-            else
-                on_rim(place[k], cube[k]);
-        }
+    // Calls on_cube(parameters) or, for a square with axes that are constants,
+    // on_square(parameters, axes) for the cell of a round.
+    template <class OnCube, class OnSquare>
+    __device__ void visit(block_memory& shared, int round, const OnCube& on_cube,
+                          const OnSquare& on_square) const {
+        const auto each_square = [&](const auto& set) {
+            if constexpr (LIMAX_MIXED)
+                on_square(set, round < cube_rounds
+                                   ? mixed[round]
+                                   : shared.squares[round - cube_rounds].mixed[threadIdx.x]);
+            else if (square[round] == 3)
+                on_square(set, square_across<3>{});
+            else if (square[round] == 5)
+                on_square(set, square_across<5>{});
+            else if (square[round] == 6)
+                on_square(set, square_across<6>{});
+        };
+        if (round >= cube_rounds)
+            each_square(stored(shared, round));
+        else if ((round + 1) * warps <= LIMAX_CUBE_SLOTS || square[round] == cube_axes)
+            on_cube(cube[round]);
+        else
+            each_square(cube[round]);
     }
 
-    // Stores the forces of this thread's springs.
-    __device__ void sum_springs(const launch_arguments& launch, block_memory& shared) const {
-        each(
-            shared,
-            [&](const cell_place& at, const auto& set) {
-                cube_forces(
-                    launch, set, shared.now,
-                    [&](int c) { return shared.at.load(at.at + corner_place(c)); },
+    // Forces of this thread's springs in a round: on other masses into the sums, on `mass`, that at
+    // its own place, returned.
+    __device__ force sum_springs(const launch_arguments& launch, block_memory& shared, int round,
+                                 const corner& mass,
+                                 const effects::actuation::moment<spring_real>& now) const {
+        const int at = place[round];
+        force own{};
+        visit(
+            shared, round,
+            [&](const auto& set) {
+                cube_forces<alone>(
+                    launch, set, now,
+                    [&](int c) { return c == 0 ? mass : shared.at.load(at + corner_place(c)); },
                     [&](int c, const force& sum) {
-                        shared.sum.store(c * places + at.at + corner_place(c), sum);
+                        if (c == 0)
+                            own = sum;
+                        else
+                            shared.sum.store_at(at + corner_sum(c), sum);
                     });
             },
-            [&](const cell_place& at, const auto& set) {
-                rim_forces(
-                    launch, set, shared.now,
-                    [&](int c) { return shared.at.load(rim_corner(at, c)); },
+            [&](const auto& set, const auto& square) {
+                square_forces(
+                    launch, set, now,
+                    [&](int c) { return c == 0 ? mass : shared.at.load(at + square.place(c)); },
                     [&](int c, const force& sum) {
-                        if (c < 2 || at.second != 0)
-                            shared.sum.store(
-                                at.at + (c & 1 ? at.first_sum : 0) + (c & 2 ? at.second_sum : 0),
-                                sum);
+                        if (c == 0)
+                            own = sum;
+                        else
+                            shared.sum.store_at(at + square.sum(c), sum);
                     });
             });
+        return own;
     }
 
     // Whether a spring of this thread is longer than the limit.
     __device__ bool stretched(const launch_arguments& launch, block_memory& shared) const {
         bool too_long = false;
-        each(
-            shared,
-            [&](const cell_place& at, const auto& set) {
-                too_long |= cube_stretched(
-                    launch, set, [&](int c) { return shared.at.load(at.at + corner_place(c)); });
-            },
-            [&](const cell_place& at, const auto& set) {
-                too_long |= rim_stretched(launch, set,
-                                          [&](int c) { return shared.at.load(rim_corner(at, c)); });
-            });
+#pragma unroll
+        for (int k = 0; k < cell_rounds; ++k) {
+            visit(
+                shared, k,
+                [&](const auto& set) {
+                    too_long |= cube_stretched(launch, set, [&](int c) {
+                        return shared.at.load(place[k] + corner_place(c));
+                    });
+                },
+                [&](const auto& set, const auto& square) {
+                    too_long |= square_stretched(launch, set, [&](int c) {
+                        return shared.at.load(place[k] + square.place(c));
+                    });
+                });
+        }
         return too_long;
     }
 };

@@ -13,18 +13,58 @@
 namespace limax::cuda {
 
 constexpr int sites = site_grid(lattice{}).count();
-constexpr int places = LIMAX_PLANE * LIMAX_LAYERS;
+constexpr int places = LIMAX_PLACES;
 constexpr int threads = LIMAX_THREADS, warps = threads / 32;
-LIMAX_LAW constexpr int rounds(int items, int at_once) { return (items + at_once - 1) / at_once; }
+constexpr int slots = LIMAX_CUBE_SLOTS + LIMAX_RIM_SLOTS;
 // Warps take slots round by round. In a round with a cube every thread has room for its parameters.
-constexpr int cell_rounds = rounds(LIMAX_CUBE_SLOTS + LIMAX_RIM_SLOTS, warps);
-constexpr int cube_rounds = rounds(LIMAX_CUBE_SLOTS, warps);
+constexpr int cell_rounds = (slots + warps - 1) / warps;
+constexpr int cube_rounds = (LIMAX_CUBE_SLOTS + warps - 1) / warps;
 constexpr int rim_rounds = cell_rounds - cube_rounds;
-constexpr int mass_rounds = rounds(LIMAX_MASS_SLOTS, warps);
+// A robot that is alone on its multiprocessor has registers for all corners of a cell at once.
+constexpr bool alone = LIMAX_BLOCKS == 1 && warps <= 8;
 
 // Offset of a corner from its cell in shared memory.
 LIMAX_LAW constexpr int corner_place(int number) {
     return (number & 1) + (number >> 1 & 1) * LIMAX_ROW + (number >> 2) * LIMAX_PLANE;
+}
+// Offsets of a corner's sum from its cell's place.
+LIMAX_LAW constexpr int corner_sum(int number) {
+    return (number - 1) * places + corner_place(number);
+}
+// A square across these axes: offsets of its corners, numbered 0 to 3, and of their sums.
+template <int axes>
+struct square_across {
+    static constexpr int first = axes & -axes, second = axes & ~first;
+    __device__ static constexpr int number(int c) {
+        return (c & 1 ? first : 0) | (c & 2 ? second : 0);
+    }
+    __device__ constexpr int place(int c) const { return corner_place(number(c)); }
+    __device__ constexpr int sum(int c) const { return corner_sum(number(c)); }
+};
+// One whose axes differ from lane to lane.
+struct alignas(16) any_square {
+    int first, second, first_sum, second_sum;
+
+    __device__ void across(int axes) {
+        const int low = axes & -axes, high = axes & ~low;
+        first = corner_place(low);
+        second = corner_place(high);
+        first_sum = corner_sum(low);
+        second_sum = corner_sum(high);
+    }
+    __device__ int place(int c) const { return (c & 1 ? first : 0) + (c & 2 ? second : 0); }
+    __device__ int sum(int c) const {
+        return (c & 1 ? first_sum : 0) + (c & 2 ? second_sum : 0) + (c == 3 ? places : 0);
+    }
+};
+// The place of a lane without a cell, which no mass has: what it reads and adds there is 0.
+__device__ inline int place_of_nobody(const cell_entry& cell) { return -1 - cell.site; }
+// Which of its multiprocessor's blocks this is, if the GPU has nothing else to do: they are assigned
+// to the multiprocessors in turn.
+__device__ inline int block_of_multiprocessor() {
+    unsigned multiprocessors;
+    asm("mov.u32 %0, %%nsmid;" : "=r"(multiprocessors));
+    return int(blockIdx.x / multiprocessors);
 }
 // The lowest layer of voxels of a block.
 __device__ inline int first_layer(int rank) { return rank * LIMAX_NZ / cluster_blocks; }
@@ -57,23 +97,32 @@ __device__ inline int place_below(int place) {
     return (first_layer(rank) - first_layer(rank - 1)) * LIMAX_PLANE;
 }
 
-// Parameters of the springs of one cell: the first in registers, the others in shared memory,
-// [spring][thread].
-template <int in_registers>
-struct spring_set {
-    spring_parameters held[in_registers > 0 ? in_registers : 1];
-    spring_parameters* shared;
+// Parameters of the squares of a round in shared memory, as held_parameters has them, [..][thread].
+constexpr int storing_threads = rim_rounds > 0 ? threads : 1;
+struct stored_squares {
+    spring_parameters first[rim_classes][storing_threads];
+    float others[storing_threads];
+    any_square mixed[LIMAX_MIXED ? storing_threads : 1];
+};
+// What never changes of the masses of such a round, by thread.
+struct stored_weights {
+    typename wide<mass_real>::four of[storing_threads];
 
-    __device__ spring_parameters& operator[](int i) {
-        return i < in_registers ? held[i] : shared[(i - in_registers) * threads];
+    __device__ void store(const mass_state& m) {
+        of[threadIdx.x] = {m.mass, m.inverse_mass, m.root_mass, 0};
     }
-    __device__ const spring_parameters& operator[](int i) const {
-        return i < in_registers ? held[i] : shared[(i - in_registers) * threads];
+    __device__ void load(mass_state& m) const {
+        const auto stored = of[threadIdx.x];
+        m.mass = stored.x;
+        m.inverse_mass = stored.y;
+        m.root_mass = stored.z;
     }
 };
-constexpr int cube_in_memory = cube_springs - LIMAX_CUBE_HELD;
-constexpr int parameters_in_memory =
-    threads * (cube_rounds * cube_in_memory + rim_rounds * rim_springs);
+struct stored_square {
+    stored_squares& of_round;
+    __device__ spring_parameters& of_class(int i) const { return of_round.first[i][threadIdx.x]; }
+    __device__ float& damping(int) const { return of_round.others[threadIdx.x]; }
+};
 
 // Where laws act on faces: velocities after the kick, and the impulse on each corner of the face
 // whose lowest corner is at a place, N s.
@@ -93,100 +142,56 @@ enum question {
 };
 
 struct block_memory {
-    corner_columns<places> at;  // every mass
-    sum_columns<places> sum;    // forces of springs
-    private_columns<places> own;
+    corner_columns<places> at;   // every mass
+    sum_columns<places, 1> sum;  // forces of springs on masses of other threads
     face_memory faces;
-    spring_parameters parameters[parameters_in_memory > 0 ? parameters_in_memory : 1];
-    effects::actuation::moment<spring_real> now;   // of the muscles
-    int64_t part[block_sums][warps];               // of sums over all masses
-    int64_t of_block[block_sums][cluster_blocks];  // the same, of every block
-    int64_t sum_of[block_sums];                    // and of all
-    int answer[questions][cluster_blocks];         // of any_of_robot(), by block
-    double shift[3];                               // of the origin, m
-    int moved;                                     // whether any of it is not 0
+    stored_squares squares[rim_rounds > 0 ? rim_rounds : 1];
+    stored_weights weights[rim_rounds > 0 ? rim_rounds : 1];
+    effects::actuation::moment<spring_real> moments[check_interval];  // of the muscles, from the
+                                                                      // last event on
+    int64_t part[block_sums][warps];                                  // of sums over all masses
+    int64_t of_block[block_sums][cluster_blocks];                     // the same, of every block
+    int64_t sum_of[block_sums];                                       // and of all
+    int answer[questions][cluster_blocks];                            // of any_of_robot(), by block
+    step_times times;
+    double shift[3];  // of the origin, m
+    int moved;        // whether any of it is not 0
     robot_record record;
     int64_t stop;  // last step of this launch
 };
 static_assert(sizeof(block_memory) <= LIMAX_SHARED_BYTES);
 
-// ---- cells ----
-
-// Places of a cell. The axes of a square or bar differ from lane to lane.
-struct cell_place {
-    int at;                     // its lowest corner; below 0 for no cell
-    int first, second;          // offsets of the ends of its axes; 0 for the second of a bar
-    int first_sum, second_sum;  // the same among the sums
-};
-
-__device__ inline cell_place place_of_cell(const cell_entry& cell) {
-    if (cell.site < 0) return {-1, 0, 0, 0, 0};
-    const int first = cell.axes & -cell.axes, second = cell.axes & ~first;
-    return {place_of(cell.site), corner_place(first), corner_place(second),
-            first * places + corner_place(first), second * places + corner_place(second)};
-}
-__device__ inline int rim_corner(const cell_place& place, int c) {
-    return place.at + (c & 1 ? place.first : 0) + (c & 2 ? place.second : 0);
-}
-
-template <class Set>
-__device__ inline void load_cube(Set&& set, const float* columns, const cell_entry& cell) {
-    constexpr site_grid grid{lattice{}};
-#pragma unroll
-    for (int i = 0; i < cube_springs; ++i) {
-        const cube_spring s = cube_spring_at(i);
-        set[i].load(grid, columns, s.direction * sites + cell.site + grid.corner(s.near));
-    }
-}
-template <class Set>
-__device__ inline void load_rim(Set&& set, const float* columns, const cell_entry& cell) {
-    constexpr site_grid grid{lattice{}};
-    const int first = cell.axes & -cell.axes;
-    const bool bar = cell.axes == first;
-#pragma unroll
-    for (int i = 0; i < rim_springs; ++i) {
-        const int near = rim_near(i) ? grid.corner(first) : 0;
-        if (i == 0 || !bar)
-            set[i].load(grid, columns, rim_direction(cell.axes, i) * sites + cell.site + near);
-        else
-            set[i] = {};
-    }
-}
-
 // ---- masses ----
 
-__device__ inline void add_sums(force& total, const block_memory& shared, int first, int place) {
-#pragma unroll
-    for (int c = first; c < first + 4; ++c) {
-        const force part = shared.sum.load(c * places + place);
+// The force on the mass at a place: `own`, of the springs of its own cell, and the sums of the
+// others. The sums on the upper corners of the cells below may be another block's.
+__device__ inline force force_on(const force& own, int place, block_memory& shared) {
+    force total = own;
+    const auto add = [&](const block_memory& memory, int number, int there) {
+        const force part = memory.sum.load(number, there);
         total.x += part.x;
         total.y += part.y;
         total.z += part.z;
-    }
-}
-// The sums on the upper corners of the cells below may be another block's.
-__device__ inline force force_on(int place, block_memory& shared) {
-    force total{};
-    add_sums(total, shared, 0, place);
+    };
+#pragma unroll
+    for (int c = 1; c < 4; ++c) add(shared, c, place);
     const int below = place_below(place);
-    if (below == 0)
-        add_sums(total, shared, 4, place);
-    else
-        add_sums(total, in_block(shared, cluster_rank() - 1), 4, place + below);
+    if (below == 0) {
+#pragma unroll
+        for (int c = 4; c < corners; ++c) add(shared, c, place);
+    } else {
+        const block_memory& other = in_block(shared, cluster_rank() - 1);
+#pragma unroll
+        for (int c = 4; c < corners; ++c) add(other, c, place + below);
+    }
     return total;
 }
 
-// Stores what all threads may read of a mass, and what registers do not keep until the next step.
+// Stores what all threads may read of a mass.
 __device__ inline void publish(const mass_state& m, int place, block_memory& shared) {
     shared.at.store(place, corner_of(m));
-    shared.own.store(place, m);
     if (const int below = place_below(place); below != 0)
         in_block(shared, cluster_rank() - 1).at.store(place + below, corner_of(m));
-}
-// Loads what publish() stored.
-__device__ inline void recall(mass_state& m, int place, const block_memory& shared) {
-    shared.own.load(place, m);
-    if constexpr (shares_state) take_corner(m, shared.at.load(place));
 }
 
 // This block's robot and its state, computed at each use so that they occupy no register between.
@@ -209,11 +214,6 @@ __device__ inline corner corner_of_robot(int site, block_memory& shared) {
     return in_block(shared, rank)
         .at.load(in_layer % grid.x + in_layer / grid.x * LIMAX_ROW +
                  (z - first_layer(rank)) * LIMAX_PLANE);
-}
-
-// The site of this thread's mass in round k.
-__device__ inline int site_of(const launch_arguments& launch, int k) {
-    return launch.masses[cluster_rank() * (LIMAX_MASS_SLOTS * 32) + k * threads + threadIdx.x];
 }
 
 // Sums over all masses of a robot: by warp, by block, by cluster.

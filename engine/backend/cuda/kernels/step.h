@@ -1,14 +1,15 @@
 // step.h: the block path: runs of robots that fit the shared memory of a block, or of a cluster of
 // blocks that share the lattice in slabs along z. One block or cluster per robot, the loop over
-// steps (loop.h) inside. Springs are assigned to threads by cells.h, with their parameters in
-// registers; positions and the velocities that forces read are in shared memory. Compiled for one
-// scene (scene.h), lattice (springs.h) and plan of the block (block_plan.h):
+// steps (loop.h) inside. A thread owns cells (cells.h): their springs, with their parameters in
+// registers, and the masses at their lowest corners, whose state never leaves registers. What
+// neighbours read is in shared memory: positions, velocities, and the sums of forces. Compiled for
+// one scene (scene.h), lattice (springs.h) and plan of the block (block_plan.h):
 //   LIMAX_ROW, LIMAX_PLANE             places between neighbours along y and z in shared memory
-//   LIMAX_CLUSTER, LIMAX_LAYERS        blocks of a robot, layers of places in each
+//   LIMAX_PLACES                       all places of a block
+//   LIMAX_CLUSTER                      blocks of a robot
 //   LIMAX_CUBE_SLOTS, LIMAX_RIM_SLOTS  slots of cells
-//   LIMAX_MASS_SLOTS                   slots of masses
-//   LIMAX_THREADS, LIMAX_BLOCKS        threads of a block, blocks of a multiprocessor
-//   LIMAX_CUBE_HELD                    springs of a cube whose parameters are in registers
+//   LIMAX_MIXED                        1 where squares of different orientation share a slot, else
+//   0 LIMAX_THREADS, LIMAX_BLOCKS        threads of a block, blocks of a multiprocessor
 //   LIMAX_SHARED_BYTES                 dynamic shared memory of a block
 // SI units.
 #pragma once
@@ -19,19 +20,18 @@
 
 namespace limax::cuda {
 
-// One thread's part of a robot: its cells and masses.
+// One thread's part of a robot: its cells and their masses.
 struct block_robot {
     const launch_arguments& launch;
     block_memory& shared;
     const int thread, rank;
     thread_cells cells;
-    mass_state mass[mass_rounds];
-    int mass_place[mass_rounds];  // below 0 for no mass
-    mass_real next_velocity[mass_rounds][3];
+    mass_state mass[cell_rounds];  // massless in a lane without a cell
+    mass_real next_velocity[cell_rounds][3];
     scene_params params;
-    mass_real dt;       // s
-    bool moved;         // a mass has moved so far that contact lists are out of date
-    unsigned touching;  // the solid: a bit for each mass of this thread
+    bool moved = false;  // a mass has moved so far that contact lists are out of date
+    // bits of rounds: in which this thread has a cell, and whose mass touches the solid
+    unsigned present = 0, touching = 0;
 
     __device__ block_robot(const launch_arguments& arguments, block_memory& memory)
         : launch(arguments),
@@ -39,11 +39,13 @@ struct block_robot {
           thread(threadIdx.x),
           rank(cluster_rank()),
           params(arguments.params) {
+        // also the places that no mass has
+        for (int place = thread; place < places; place += threads) {
+            shared.at.store(place, {});
+            for (int c = 1; c < corners; ++c) shared.sum.store(c, place, {});
+        }
         cells.load(launch, shared);
         load_masses();
-        // sums of cells that do not exist stay 0
-        for (int slot = thread; slot < corners * places; slot += threads)
-            shared.sum.store(slot, {});
     }
 
     // ---- where things are ----
@@ -61,27 +63,40 @@ struct block_robot {
     // Waits for all threads of the robot.
     __device__ void wait() const { meet_cluster(); }
 
-    // Calls visit(round) for this thread's masses.
+    // Calls visit(round) for this thread's masses. A lane without a cell has one of 0 kg, which
+    // stays where nobody looks.
     template <class Visit>
-    __device__ void each_mass(const Visit& visit) const {
+    __device__ void each_mass(const Visit& visit) {
 #pragma unroll
-        for (int k = 0; k < mass_rounds; ++k)
-            if (mass_place[k] >= 0) visit(k);
+        for (int k = 0; k < cell_rounds; ++k)
+            if (cells.has_slot(k)) {
+                if (k >= cube_rounds) shared.weights[k - cube_rounds].load(mass[k]);
+                visit(k);
+            }
     }
+    // Calls visit(round, site) for those that have a site.
+    template <class Visit>
+    __device__ void each_site(const Visit& visit) {
+        each_mass([&](int k) {
+            if (present >> k & 1u) visit(k, site_at(cells.place[k]));
+        });
+    }
+
     // ---- the beginning of a launch ----
 
     // Loads this thread's masses as the last launch stored them.
     __device__ void load_masses() {
-        const int32_t* mass_sites = launch.masses + rank * (LIMAX_MASS_SLOTS * 32);
 #pragma unroll
-        for (int k = 0; k < mass_rounds; ++k) {
-            const int slot = k * warps + thread / 32;
-            const int site = slot < LIMAX_MASS_SLOTS ? mass_sites[k * threads + thread] : -1;
-            mass_place[k] = site < 0 ? -1 : place_of(site);
-            if (site < 0) continue;
-            load_mass(mass[k], next_velocity[k], launch.mass[robot_of(launch) * sites + site],
-                      state_of(launch) + site, sites);
-            shared.own.begin(mass_place[k], mass[k]);
+        for (int k = 0; k < cell_rounds; ++k) {
+            const int site = cells.entry(launch, k).site;
+            mass[k] = {};
+            for (mass_real& velocity : next_velocity[k]) velocity = 0;
+            if (site >= 0) {
+                present |= 1u << k;
+                load_mass(mass[k], next_velocity[k], launch.mass[robot_of(launch) * sites + site],
+                          state_of(launch) + site, sites);
+            }
+            if (k >= cube_rounds) shared.weights[k - cube_rounds].store(mass[k]);
         }
     }
 
@@ -94,11 +109,10 @@ struct block_robot {
         const bool begun = record.begun;
         each_mass([&](int k) {
             if (begun)
-                finish(k, record.step == 0 ? mass_real(1) : mass_real(0.5));
+                finish(k, times_at(record, record.step));
             else
-                publish(mass[k], mass_place[k], shared);
+                publish(mass[k], cells.place[k], shared);
         });
-        set_moment(record.step + begun);
         meet_cluster();
         if constexpr (meets) list_contacts();
     }
@@ -124,10 +138,7 @@ struct block_robot {
     __device__ int broken_limits() {
         int broken = 0;
         const auto coarse = mass_real(coarse_speed(launch.rest[0], shared.record.time_step));
-        each_mass([&](int k) {
-            recall(mass[k], mass_place[k], shared);
-            broken |= broken_by_mass(mass[k], launch, coarse);
-        });
+        each_mass([&](int k) { broken |= broken_by_mass(mass[k], launch, coarse); });
         if (cells.stretched(launch, shared)) broken |= limit_stretch;
         if constexpr (has_solid)
             if (leads()) broken |= broken_by_solid(solid(), launch);
@@ -143,7 +154,6 @@ struct block_robot {
         for (int axis = 0; axis < 3; ++axis) {
             int64_t words[2] = {};
             each_mass([&](int k) {
-                recall(mass[k], mass_place[k], shared);
                 const mass_real* x = mass[k].position;
                 add_to_center(words, double(mass[k].mass) * of_total,
                               double(axis == 0   ? x[0]
@@ -161,7 +171,7 @@ struct block_robot {
         if (!shared.moved) return;
         each_mass([&](int k) {
             shift_mass(mass[k], shared.shift);
-            publish(mass[k], mass_place[k], shared);
+            publish(mass[k], cells.place[k], shared);
         });
         follow_origin(params, launch.scene, record.origin);
     }
@@ -169,14 +179,18 @@ struct block_robot {
     // Counts the masses that touch a contact.
     __device__ void take_contact() {
         int64_t touching_masses = 0;
-        each_mass([&](int k) {
-            recall(mass[k], mass_place[k], shared);
-            touching_masses += touches(mass[k], params);
-        });
+        each_mass([&](int k) { touching_masses += touches(mass[k], params); });
         add_over_warp(touching_masses, shared.part[sum_touching]);
         add_over_blocks(shared, sum_touching, 1);
         if (thread == 0)
             note_contact(launch, shared.record, shared.sum_of[sum_touching], rank == 0);
+    }
+
+    // The muscles' moments of the steps up to the next event.
+    __device__ void prepare_steps(int64_t step, int steps) {
+        if constexpr (actuated)
+            for (int i = thread; i < steps; i += threads)
+                shared.moments[i] = moment_at(launch, shared.record, step + i);
     }
 
     // ---- a step ----
@@ -190,7 +204,7 @@ struct block_robot {
             return [this, own, seen = fetched(own.record.seen)](int k) {
                 bool touched;
                 const auto push =
-                    push_of_solid(own, launch, seen, site_at(mass_place[k]), mass[k], touched);
+                    push_of_solid(own, launch, seen, site_at(cells.place[k]), mass[k], touched);
                 touching |= unsigned(touched) << k;
                 return push;
             };
@@ -199,14 +213,18 @@ struct block_robot {
 
     // Forces of springs and of masses in contact, then the kick of all masses.
     __device__ void kick_masses(const loop_state& now) {
-        cells.sum_springs(launch, shared);
+        const auto muscles = shared.moments[now.since_event];
+        force own[cell_rounds] = {};
+        each_mass([&](int k) {
+            own[k] = cells.sum_springs(launch, shared, k, corner_of(mass[k]), muscles);
+        });
         // before any mass moves
-        effects::vector<mass_real> met[mass_rounds] = {};
+        effects::vector<mass_real> met[cell_rounds] = {};
         if constexpr (meets) {
             const contact_pairs pairs = contacts();
-            each_mass([&](int k) {
-                met[k] = force_of_pairs(pairs, launch, site_at(mass_place[k]),
-                                        [&](int site) { return corner_of_robot(site, shared); });
+            each_site([&](int k, int site) {
+                met[k] = force_of_pairs(pairs, launch, site,
+                                        [&](int other) { return corner_of_robot(other, shared); });
             });
         }
         meet_cluster();
@@ -216,19 +234,16 @@ struct block_robot {
         touching = 0;
         if constexpr (!kicks_apart) {
             each_mass([&](int k) {
-                recall(mass[k], mass_place[k], shared);
-                begin_mass(mass[k], force_on(mass_place[k], shared), met[k], params, moment, now.h,
-                           next_velocity[k]);
-                end_step(k, now);
+                begin_mass(mass[k], force_on(own[k], cells.place[k], shared), met[k], params,
+                           moment, shared.times.h, next_velocity[k]);
+                end_step(k);
             });
         } else {
             const auto push = pushes_of_solid();
             each_mass([&](int k) {
-                recall(mass[k], mass_place[k], shared);
-                kick_mass(mass[k], force_on(mass_place[k], shared), met[k], push(k), params, moment,
-                          now.h, next_velocity[k]);
-                shared.own.store(mass_place[k], mass[k]);
-                if constexpr (has_faces) show_velocity(next_velocity[k], mass_place[k], shared);
+                kick_mass(mass[k], force_on(own[k], cells.place[k], shared), met[k], push(k),
+                          params, moment, shared.times.h, next_velocity[k]);
+                if constexpr (has_faces) show_velocity(next_velocity[k], cells.place[k], shared);
             });
         }
     }
@@ -238,15 +253,16 @@ struct block_robot {
         const float* const lightest = launch.faces + robot_of(launch) * 3 * sites;
         each_face_law(
             [&](auto effect, int axis) {
-                each_mass([&](int k) {
-                    push_face(effect, params, lightest, axis, mass_place[k], now.h, shared);
+                each_site([&](int k, int /*site*/) {
+                    push_face(effect, params, lightest, axis, cells.place[k], shared.times.h,
+                              shared);
                 });
             },
             [&](int axis) {
-                each_mass([&](int k) {
-                    take_from_faces(axis, mass_place[k], mass[k].inverse_mass, next_velocity[k],
+                each_site([&](int k, int /*site*/) {
+                    take_from_faces(axis, cells.place[k], mass[k].inverse_mass, next_velocity[k],
                                     shared);
-                    show_velocity(next_velocity[k], mass_place[k], shared);
+                    show_velocity(next_velocity[k], cells.place[k], shared);
                 });
             },
             [] { meet_cluster(); });
@@ -257,18 +273,17 @@ struct block_robot {
         const robot_record& record = shared.record;
         const robot_solid own = solid();
         const auto each_touching = [&](const auto& visit) {
-            each_mass([&](int k) {
+            each_site([&](int k, int site) {
                 if (touching >> k & 1u)
                     for (int axis = 0; axis < 3; ++axis)
-                        visit(own.after[axis * sites + site_at(mass_place[k])],
-                              next_velocity[k][axis]);
+                        visit(own.after[axis * sites + site], next_velocity[k][axis]);
             });
         };
         each_touching([](mass_real& there, mass_real& here) { there = here; });
         meet_cluster();
         if (rank == 0 && thread < lanes)
-            limax::cuda::step_solid(own, launch, record.origin, double(now.h), !now.last,
-                                    record.time_step, now.half_kick ? 1.0 : 0.5);
+            limax::cuda::step_solid(own, launch, record.origin, double(shared.times.h), !now.last(),
+                                    record.time_step, double(shared.times.share));
         meet_cluster();
         each_touching([](const mass_real& there, mass_real& here) { here = __ldcg(&there); });
     }
@@ -276,27 +291,24 @@ struct block_robot {
     // Friction, then the end of the step.
     __device__ void end_masses(const loop_state& now) {
         each_mass([&](int k) {
-            recall(mass[k], mass_place[k], shared);
-            slow_mass(mass[k], params, now.h, next_velocity[k]);
-            end_step(k, now);
+            slow_mass(mass[k], params, shared.times.h, next_velocity[k]);
+            end_step(k);
         });
     }
 
-    __device__ void end_step(int k, const loop_state& now) {
-        if (now.last)
-            publish(mass[k], mass_place[k], shared);
-        else
-            finish(k, now.share());
-        if constexpr (meets) moved |= contacts().moved(site_at(mass_place[k]), corner_of(mass[k]));
+    __device__ void end_step(int k) {
+        finish(k, shared.times);
+        if constexpr (meets)
+            if (present >> k & 1u)
+                moved |= contacts().moved(site_at(cells.place[k]), corner_of(mass[k]));
     }
-    __device__ void finish(int k, mass_real share) {
-        finish_mass(mass[k], next_velocity[k], dt, share);
-        publish(mass[k], mass_place[k], shared);
+    __device__ void finish(int k, const step_times& times) {
+        finish_mass(mass[k], next_velocity[k], times.dt, times.share);
+        publish(mass[k], cells.place[k], shared);
     }
 
     // After all masses have moved.
-    __device__ void begin_step(int64_t step) {
-        set_moment(step);
+    __device__ void begin_step(int64_t /*step*/) {
         if constexpr (meets) {
             if (any_of_robot(shared, mass_moved, moved)) list_contacts();
         } else {
@@ -304,32 +316,30 @@ struct block_robot {
         }
     }
 
-    // All springs share the muscles' moment: the last warp, which has the fewest masses, finds it.
-    __device__ void set_moment(int64_t step) {
-        if (!actuated || thread < threads - 32) return;
-        const auto now = moment_at(launch, shared.record, step);
-        if (thread == threads - 1) shared.now = now;
-    }
-
     __device__ void list_contacts() {
         const contact_pairs pairs = contacts();
-        each_mass([&](int k) {
-            pairs.list(site_at(mass_place[k]),
-                       [&](int site) { return corner_of_robot(site, shared); });
+        each_site([&](int /*k*/, int site) {
+            pairs.list(site, [&](int other) { return corner_of_robot(other, shared); });
         });
     }
 
     // ---- the end of a launch ----
 
-    // Stores what the next launch, or the host, reads.
-    __device__ void store_masses(bool between_kick_and_drift) {
+    // Stores what the next launch, or the host, reads: all of a mass before the last kick, or where
+    // the robot diverged, and the velocity after that kick.
+    __device__ void store_masses() {
         each_mass([&](int k) {
-            mass_real* const state = state_of(launch) + site_of(launch, k);
-            if (between_kick_and_drift) store_next_velocity(next_velocity[k], state, sites);
-            recall(mass[k], mass_place[k], shared);
-            store_mass(mass[k], state, sites);
+            const int site = cells.entry(launch, k).site;
+            if (site >= 0) store_mass(mass[k], state_of(launch) + site, sites);
         });
         // no block ends while another may still reach into its memory
+        meet_cluster();
+    }
+    __device__ void store_kick() {
+        each_mass([&](int k) {
+            const int site = cells.entry(launch, k).site;
+            if (site >= 0) limax::cuda::store_kick(mass[k], state_of(launch) + site, sites);
+        });
         meet_cluster();
     }
     __device__ void store_record() {

@@ -26,10 +26,12 @@ constexpr bool keeps_prediction = leapfrog && !(shares_state && shares_velocity)
 
 struct tile_memory {
     corner_columns<window> at;
-    sum_columns<tile_masses> sum;
-    effects::actuation::moment<spring_real> now;  // of the muscles
+    sum_columns<tile_masses, 0> sum;
+    effects::actuation::moment<spring_real> moments[check_interval];  // of the muscles, from the
+                                                                      // last event on
     int64_t part[grid_sums][warps];
     int64_t sum_of[grid_sums];
+    step_times times;
     double shift[3];  // of the origin, m
     int moved, broken;
     double touching;
@@ -117,32 +119,6 @@ __device__ inline void meet(unsigned* arrived, int blocks) {
     __syncthreads();
 }
 
-// Parameters of a cube's springs. They never change and are in global memory, so most are loaded
-// early; registers do not suffice for all, and for fewer if they also hold the lattice.
-struct fetched_springs {
-    static constexpr int early = site_grid::fixed ? 9 : 6;
-    spring_parameters held[early];
-    const site_grid& grid;
-    const float* columns;
-    int site;
-
-    __device__ fetched_springs(const site_grid& sites, const float* of_robot)
-        : grid(sites), columns(of_robot) {}
-
-    __device__ spring_parameters load(int i) const {
-        const cube_spring s = cube_spring_at(i);
-        spring_parameters out;
-        out.load(grid, columns, s.direction * grid.count() + site + grid.corner(s.near));
-        return out;
-    }
-    __device__ void fetch(int cell) {
-        site = cell;
-#pragma unroll
-        for (int i = 0; i < early; ++i) held[i] = load(i);
-    }
-    __device__ spring_parameters operator[](int i) const { return i < early ? held[i] : load(i); }
-};
-
 __device__ constexpr int window_corner(int number) {
     return (number & 1) + (number >> 1 & 1) * window_x + (number >> 2) * (window_x * window_y);
 }
@@ -166,6 +142,9 @@ struct tile_cell {
     __device__ bool reaches(const site_grid& grid, int c) const {
         return at.x + (c & 1) < grid.x && at.y + (c >> 1 & 1) < grid.y && at.z + (c >> 2) < grid.z;
     }
+    __device__ int axes(const site_grid& grid) const {
+        return (reaches(grid, 1) ? 1 : 0) | (reaches(grid, 2) ? 2 : 0) | (reaches(grid, 4) ? 4 : 0);
+    }
     __device__ bool ends_in_tile(int c) const {
         const int x = within.x + (c & 1), y = within.y + (c >> 1 & 1), z = within.z + (c >> 2);
         return x >= 0 && y >= 0 && z >= 0 && x < tile_x && y < tile_y && z < tile_z;
@@ -176,12 +155,15 @@ struct tile_cell {
 // parameters, then the masses of the window.
 __device__ inline void tile_forces(const site_grid& grid, const launch_arguments& launch,
                                    const float* columns, const spring_real* seen, int tile,
+                                   const effects::actuation::moment<spring_real>& now,
                                    tile_memory& shared) {
-    fetched_springs springs(grid, columns);
+    // they never change and are in global memory: loaded a cell ahead
+    held_cube springs;
     const auto fetch = [&](int index) {
         if (index >= tile_cells) return;
         const tile_cell cell(grid, tile, index);
-        if (cell.at.inside(grid)) springs.fetch(cell.at.site(grid));
+        if (cell.at.inside(grid))
+            load_cube(springs, grid, columns, cell.at.site(grid), cell.axes(grid));
     };
     fetch(threadIdx.x);
     const place base = tile_base(grid, tile);
@@ -195,12 +177,12 @@ __device__ inline void tile_forces(const site_grid& grid, const launch_arguments
         const tile_cell cell(grid, tile, index);
         const auto store = [&](int c, const force& sum) {
             if (cell.ends_in_tile(c) && cell.reaches(grid, c))
-                shared.sum.store(c * tile_masses + cell.in_tile + tile_corner(c), sum);
+                shared.sum.store(c, cell.in_tile + tile_corner(c), sum);
         };
         if (cell.at.inside(grid)) {
             // A spring to a corner that does not exist has no stiffness, and gets no length.
-            cube_forces(
-                launch, springs, shared.now,
+            cube_forces<false>(
+                launch, springs, now,
                 [&](int c) {
                     return shared.at.load(cell.in_window +
                                           (cell.reaches(grid, c) ? window_corner(c) : 0));
@@ -217,10 +199,10 @@ __device__ inline void tile_forces(const site_grid& grid, const launch_arguments
 }
 
 __device__ inline force force_on(int index, const tile_memory& shared) {
-    force total = shared.sum.load(index);
+    force total = shared.sum.load(0, index);
 #pragma unroll
     for (int c = 1; c < corners; ++c) {
-        const force part = shared.sum.load(c * tile_masses + index);
+        const force part = shared.sum.load(c, index);
         total.x += part.x;
         total.y += part.y;
         total.z += part.z;

@@ -1,9 +1,10 @@
 // block_plan.cpp: the search for a layout without bank conflicts.
 //
-// Shared memory has 32 banks of 4 bytes. Every access here is 8 bytes wide (two floats; two passes
-// of the same for doubles), which the hardware serves by half warps: 16 lanes take one wavefront
-// if their places differ modulo 16. A corner's place is its cell's plus a constant, so a slot
-// whose cells lie in different banks stays free of conflicts at all eight corners of a cube.
+// Shared memory has 32 banks of 4 bytes. A corner is read in 16 and 8 bytes, a sum written and read
+// in 8 and 4 (doubles take several passes of the same). The hardware serves as many lanes at once
+// as read 128 bytes: 8, 16 or 32, which take one wavefront if their places differ modulo that
+// number. The cells of a slot have their corners at the same offsets, so a slot whose cells are in
+// different banks is free of conflicts at every corner.
 #include "backend/cuda/plan/block_plan.h"
 
 #include "backend/cuda/kernels/cells.h"
@@ -16,141 +17,163 @@ namespace limax::cuda {
 
 namespace {
 
-constexpr int lanes = 32, half = 16, banks = 16;
-// Padding that is tried: beyond these the classes of places repeat.
-constexpr int most_row_padding = 3, most_plane_padding = 9;
-// Padding may take this part of the memory more: robots that share a multiprocessor need theirs.
-constexpr int64_t padding_share = 6;
-// Half accesses count too: a corner is read in three and its sum written in one and a half; a mass
-// adds eight sums of one and a half, and reads and writes three.
-constexpr int64_t accesses_of_corner = 9, accesses_of_mass = 36;
+constexpr int lanes = 32, cube = cube_axes, mixed = 0;
 // Warps of a block beyond which a thread has too few registers for a spring.
 constexpr int most_warps = 16, most_warps_of_double = 8;
 // The same where the block is the only one of its multiprocessor.
 constexpr int most_warps_of_one = 8;
+// Padding may take this part of the memory more, or as many places for each warp of a block as
+// leave room for 16 warps on a large GPU.
+constexpr int padding_share = 6, places_of_warp = 109;
 // Bytes of shared memory for the few values that a block has besides columns, and their alignment.
 constexpr std::size_t shared_slack = 512;
-// Layouts that are worth the search for better lanes.
-constexpr std::size_t refined_candidates = 3;
+// Layouts that are worth the search for the best lanes.
+constexpr std::size_t tried_layouts = 4;
 
 struct layout {
     lattice grid;
     int row, plane;
 
+    int place(int x, int y, int z) const { return x + y * row + z * plane; }
     int place(int site) const {
         const int along_x = grid.nx + 1, along_y = grid.ny + 1;
-        return site % along_x + site / along_x % along_y * row + site / (along_x * along_y) * plane;
+        return place(site % along_x, site / along_x % along_y, site / (along_x * along_y));
     }
-    // Places of a cell's corners: eight of a cube, four of a square, two of a bar.
-    int corner_places(const cell_entry& cell, std::array<int, 8>& out) const {
-        int count = 0;
-        for (int corner = 0; corner < 8; ++corner)
-            if ((corner & ~cell.axes) == 0)
-                out[count++] = place(cell.site) + (corner & 1) + (corner >> 1 & 1) * row +
-                               (corner >> 2) * plane;
-        return count;
+    // Those of the lattice, and what sticks out of it.
+    int places() const { return place(grid.nx + 1, grid.ny + 1, grid.nz + 1) + 1; }
+};
+
+// A slot of cells and their places, below 0 for a free lane.
+struct slot {
+    int axes;  // of its squares, or of its cubes; `mixed` for any of the rim
+    std::array<cell_entry, lanes> cell;
+    std::array<int, lanes> place;
+
+    explicit slot(int of_slot) : axes(of_slot) {
+        cell.fill({-1, 0});
+        place.fill(-1);
+    }
+    bool takes(const cell_entry& other) const {
+        if (axes == cube || other.axes == cube) return axes == other.axes;
+        return axes == mixed || (other.axes & ~axes) == 0;
+    }
+    void put(int lane, const cell_entry& entry, int at) {
+        cell[lane] = entry;
+        place[lane] = at;
     }
 };
 
-using slot = std::array<cell_entry, lanes>;
-
-slot empty_slot() {
-    slot out;
-    out.fill({-1, 0});
-    return out;
-}
-
-// Wavefronts that a slot takes to read each of its corners once.
-int wavefronts(const slot& cells, const layout& at) {
-    int sum = 0;
-    for (int first = 0; first < lanes; first += half) {
-        int used[8][banks] = {}, most[8] = {};
-        for (int lane = first; lane < first + half; ++lane) {
-            if (cells[lane].site < 0) continue;
-            std::array<int, 8> places;
-            const int count = at.corner_places(cells[lane], places);
-            for (int corner = 0; corner < count; ++corner)
-                most[corner] = std::max(most[corner], ++used[corner][places[corner] % banks]);
+// Wavefronts that a slot takes in a step.
+int wavefronts(const slot& s) {
+    // by the number of lanes that are served at once
+    const auto passes = [&](int at_once) {
+        int sum = 0;
+        for (int first = 0; first < lanes; first += at_once) {
+            std::array<int, lanes> used{};
+            int most = 0;
+            for (int lane = first; lane < first + at_once; ++lane)
+                if (s.place[lane] >= 0) most = std::max(most, ++used[s.place[lane] % at_once]);
+            sum += most;
         }
-        for (const int n : most) sum += n;
-    }
-    return sum;
+        return sum;
+    };
+    // all corners but the lowest are read and their sums written; the mass shows itself and reads
+    // its sums in the cells around
+    const int read = s.axes == cube ? corners - 1 : 3;
+    return (read + 1) * (passes(8) + passes(16)) + (read + corners - 1) * (passes(16) + passes(32));
 }
 
-// What the same slot would take without conflicts.
-int least_wavefronts(const slot& cells) {
-    int sum = 0;
-    for (int first = 0; first < lanes; first += half) {
-        int corners = 0;
-        for (int lane = first; lane < first + half; ++lane)
-            if (cells[lane].site >= 0)
-                corners = std::max(corners, 1 << __builtin_popcount(unsigned(cells[lane].axes)));
-        sum += corners;
+// The axes of the square in whose place a cell is, the topmost site and a cube included.
+int square_of(int axes) {
+    return __builtin_popcount(unsigned(axes)) > 1 ? axes : axes == 4 ? 5 : 3;
+}
+
+// Puts a cell into the free lane where it takes the fewest wavefronts, or into a new slot.
+void put_anywhere(std::vector<slot>& slots, const cell_entry& cell, int place) {
+    slot* best = nullptr;
+    int best_lane = place % lanes, least = 0;
+    for (slot& s : slots) {
+        if (!s.takes(cell)) continue;
+        const int before = wavefronts(s);
+        for (int lane = 0; lane < lanes; ++lane) {
+            if (s.place[lane] >= 0) continue;
+            s.put(lane, cell, place);
+            const int added = wavefronts(s) - before;
+            s.put(lane, {-1, 0}, -1);
+            if (!best || added < least) best = &s, best_lane = lane, least = added;
+        }
     }
-    return sum;
+    // bars and the topmost site may be without a slot
+    if (!best) best = &slots.emplace_back(square_of(cell.axes));
+    best->put(best_lane, cell, place);
 }
 
 // Assigns each cell the lane of its bank, in the first slot where that lane is free, and the rest
-// to the free lanes with the lowest cost.
-std::vector<slot> assign(const std::vector<cell_entry>& cells, const layout& at) {
-    std::vector<slot> slots((cells.size() + lanes - 1) / lanes, empty_slot());
-    std::vector<cell_entry> left;
-    for (const cell_entry& cell : cells) {
-        const int lane = at.place(cell.site) % lanes;
-        const auto free_slot = std::find_if(slots.begin(), slots.end(), [&](const slot& s) {
-            if (s[lane].site >= 0) return false;
-            // squares of one orientation share a slot: their corners lie alike
-            const auto other =
-                std::find_if(s.begin(), s.end(), [](const cell_entry& c) { return c.site >= 0; });
-            return other == s.end() || other->axes == cell.axes;
-        });
-        if (free_slot != slots.end())
-            (*free_slot)[lane] = cell;
-        else
-            left.push_back(cell);
+// to free lanes. There are as many slots as the cells of each orientation need.
+std::vector<slot> assign(const std::vector<cell_entry>& cells, const layout& at,
+                         const std::vector<int>& kinds) {
+    std::vector<slot> slots;
+    for (const int axes : kinds) {
+        const auto takes = [axes](const cell_entry& cell) {
+            return axes == mixed || cell.axes == axes;
+        };
+        for (std::ptrdiff_t left = std::count_if(cells.begin(), cells.end(), takes); left > 0;
+             left -= lanes)
+            slots.emplace_back(axes);
     }
-    for (const cell_entry& cell : left) {
-        cell_entry* best = nullptr;
-        int least = 0;
-        for (slot& s : slots) {
-            const int before = wavefronts(s, at);
-            for (cell_entry& lane : s) {
-                if (lane.site >= 0) continue;
-                lane = cell;
-                const int added = wavefronts(s, at) - before;
-                lane = {-1, 0};
-                if (!best || added < least) best = &lane, least = added;
-            }
+    // what fits the fewest slots first
+    for (int many = 3; many >= 0; --many) {
+        std::vector<cell_entry> left;
+        for (const cell_entry& cell : cells) {
+            if (__builtin_popcount(unsigned(cell.axes)) != many) continue;
+            const int place = at.place(cell.site), lane = place % lanes;
+            const auto free_slot = std::find_if(slots.begin(), slots.end(), [&](const slot& s) {
+                return s.place[lane] < 0 && s.takes(cell);
+            });
+            if (free_slot != slots.end())
+                free_slot->put(lane, cell, place);
+            else
+                left.push_back(cell);
         }
-        *best = cell;
+        for (const cell_entry& cell : left) put_anywhere(slots, cell, at.place(cell.site));
     }
     return slots;
 }
 
 // Exchanges lanes, of one slot or of two, as long as that saves wavefronts.
-void refine(std::vector<slot>& slots, const layout& at) {
+void refine(std::vector<slot>& slots) {
     constexpr int most_sweeps = 8;
-    std::vector<int> cost;
-    for (const slot& s : slots) cost.push_back(wavefronts(s, at));
+    std::vector<int> cost, least;
+    for (const slot& s : slots) {
+        cost.push_back(wavefronts(s));
+        slot spread(s.axes);
+        for (int lane = 0; lane < lanes; ++lane) spread.place[lane] = lane;
+        least.push_back(wavefronts(spread));
+    }
+    const auto exchange = [](slot& a, int i, slot& b, int j) {
+        std::swap(a.cell[i], b.cell[j]);
+        std::swap(a.place[i], b.place[j]);
+    };
     bool improved = true;
     for (int sweep = 0; sweep < most_sweeps && improved; ++sweep) {
         improved = false;
         for (std::size_t a = 0; a < slots.size() * lanes; ++a)
             for (std::size_t b = 0; b < slots.size() * lanes; ++b) {
                 const std::size_t i = a / lanes, j = b / lanes;
-                if (cost[i] == least_wavefronts(slots[i])) break;
-                cell_entry &one = slots[i][a % lanes], &other = slots[j][b % lanes];
-                if (one.site < 0 && other.site < 0) continue;
-                std::swap(one, other);
-                const int of_one = wavefronts(slots[i], at);
-                const int of_other = i == j ? of_one : wavefronts(slots[j], at);
-                const int before = i == j ? cost[i] : cost[i] + cost[j];
-                if ((i == j ? of_one : of_one + of_other) < before) {
+                slot &one = slots[i], &other = slots[j];
+                const int here = int(a % lanes), there = int(b % lanes);
+                if (cost[i] == least[i]) break;
+                if (one.place[here] < 0 && other.place[there] < 0) continue;
+                if (one.place[here] >= 0 && !other.takes(one.cell[here])) continue;
+                if (other.place[there] >= 0 && !one.takes(other.cell[there])) continue;
+                exchange(one, here, other, there);
+                const int of_one = wavefronts(one), of_other = i == j ? 0 : wavefronts(other);
+                if (of_one + of_other < cost[i] + (i == j ? 0 : cost[j])) {
                     cost[i] = of_one;
-                    cost[j] = of_other;
+                    if (i != j) cost[j] = of_other;
                     improved = true;
                 } else {
-                    std::swap(one, other);
+                    exchange(one, here, other, there);
                 }
             }
     }
@@ -164,73 +187,105 @@ int axes_of(const lattice& grid, int site) {
 
 int first_layer(const lattice& grid, int cluster, int block) { return block * grid.nz / cluster; }
 
-block_plan plan_with(const lattice& grid, int cluster, int row, int plane, bool refined) {
+// Gives every free lane a place of its own that no mass has, in the lane's bank where one is left.
+// `places` grows where there is none.
+void fill(std::vector<slot>& slots, const layout& at, int& places) {
+    const int reach = at.place(1, 1, 1);
+    std::vector<bool> taken(std::size_t(places), false);
+    for (int site = 0; site < int(at.grid.sites()); ++site) taken[at.place(site)] = true;
+    for (slot& s : slots)
+        for (int lane = 0; lane < lanes; ++lane) {
+            if (s.place[lane] >= 0) continue;
+            int found = -1;
+            for (int place = 0; place + reach < places; ++place) {
+                if (taken[place]) continue;
+                if (found < 0) found = place;
+                if (place % lanes != lane) continue;
+                found = place;
+                break;
+            }
+            if (found < 0) {
+                found = places - reach;
+                taken.resize(std::size_t(++places), false);
+            }
+            taken[found] = true;
+            s.put(lane, {-1 - found, 0}, found);
+        }
+}
+
+// Cubes and squares that cannot all have the lanes of their banks.
+int misfits(const layout& at) {
+    std::array<std::array<int, lanes>, 8> used{};
+    std::array<int, 8> count{};
+    for (int site = 0; site < int(at.grid.sites()); ++site) {
+        const int axes = axes_of(at.grid, site);
+        ++count[axes];
+        ++used[axes][at.place(site) % lanes];
+    }
+    int sum = 0;
+    for (const int axes : {cube, 3, 5, 6})
+        for (const int cells : used[axes])
+            sum += std::max(0, cells - (count[axes] + lanes - 1) / lanes);
+    return sum;
+}
+
+struct candidate {
+    int64_t cost;
     block_plan plan;
+};
+
+candidate plan_with(const lattice& grid, int cluster, int row, int plane) {
+    candidate out{0, {}};
+    block_plan& plan = out.plan;
     plan.cluster = cluster;
     plan.row = row;
     plan.plane = plane;
-    std::vector<std::vector<slot>> of_cubes, of_rim, of_masses;  // [block][slot]
+    std::vector<std::vector<slot>> of_cubes, of_rim;  // [block][slot]
+    std::vector<layout> layouts;
     for (int block = 0; block < cluster; ++block) {
         const int below = first_layer(grid, cluster, block);
         const int height = first_layer(grid, cluster, block + 1) - below;
-        plan.layers = std::max(plan.layers, height + 1);
         const lattice slab{grid.nx, grid.ny, height};
-        const layout at{slab, row, plane};
+        const layout& at = layouts.emplace_back(layout{slab, row, plane});
+        plan.places = std::max(plan.places, at.places());
         // the masses above a slab, and the cells that begin there, are the next block's
         const auto own = int(slab.site(0, 0, height)), all = int(slab.sites());
         const int count = block + 1 == cluster ? all : own;
-        std::vector<cell_entry> cubes, rim, masses;
-        // squares by orientation, then bars, which fit anywhere
-        for (const int axes : {7, 3, 5, 6, 1, 2, 4})
-            for (int site = 0; site < count; ++site)
-                if (axes_of(slab, site) == axes) (axes == 7 ? cubes : rim).push_back({site, axes});
-        // a mass reads and writes one place: a cell of a single corner
-        for (int site = 0; site < count; ++site) masses.push_back({site, 0});
-        for (const auto& [cells, slots] :
-             {std::pair{&cubes, &of_cubes}, {&rim, &of_rim}, {&masses, &of_masses}}) {
-            slots->push_back(assign(*cells, at));
-            if (refined && cells != &masses) refine(slots->back(), at);
-            const auto offset = int32_t(grid.site(0, 0, below));
-            for (slot& s : slots->back())
-                for (cell_entry& cell : s)
-                    if (cell.site >= 0) cell.site += offset;
+        std::vector<cell_entry> cubes, rim;
+        for (int site = 0; site < count; ++site) {
+            const int axes = axes_of(slab, site);
+            (axes == cube ? cubes : rim).push_back({site, axes});
+        }
+        of_cubes.push_back(assign(cubes, at, {cube}));
+        of_rim.push_back(assign(rim, at, {3, 5, 6}));
+        // all blocks have slots of the same kind
+        if (cluster == 1) {
+            std::vector<slot> fewer = assign(rim, at, {mixed});
+            plan.mixed = fewer.size() < of_rim[0].size();
+            if (plan.mixed) of_rim[0] = std::move(fewer);
+        }
+        refine(of_cubes.back());
+        refine(of_rim.back());
+        plan.cube_slots = std::max(plan.cube_slots, int(of_cubes[block].size()));
+        plan.rim_slots = std::max(plan.rim_slots, int(of_rim[block].size()));
+    }
+    for (int block = 0; block < cluster; ++block) {
+        std::vector<slot>& slots = of_cubes[block];
+        slots.resize(std::size_t(plan.cube_slots), slot(cube));
+        slots.insert(slots.end(), of_rim[block].begin(), of_rim[block].end());
+        slots.resize(std::size_t(plan.cube_slots + plan.rim_slots), slot(3));
+        fill(slots, layouts[block], plan.places);
+        const auto offset = int32_t(grid.site(0, 0, first_layer(grid, cluster, block)));
+        for (const slot& s : slots) {
+            out.cost += wavefronts(s);
+            for (cell_entry cell : s.cell) {
+                if (cell.site >= 0) cell.site += offset;
+                plan.cells.push_back(
+                    {cell.site, cell.axes + 8 * (s.axes == mixed ? square_of(cell.axes) : s.axes)});
+            }
         }
     }
-    const auto most = [](const std::vector<std::vector<slot>>& blocks) {
-        std::size_t slots = 0;
-        for (const auto& block : blocks) slots = std::max(slots, block.size());
-        return int(slots);
-    };
-    plan.cube_slots = most(of_cubes);
-    plan.rim_slots = most(of_rim);
-    plan.mass_slots = most(of_masses);
-    for (int block = 0; block < cluster; ++block) {
-        of_cubes[block].resize(plan.cube_slots, empty_slot());
-        of_rim[block].resize(plan.rim_slots, empty_slot());
-        of_masses[block].resize(plan.mass_slots, empty_slot());
-        for (const auto* slots : {&of_cubes[block], &of_rim[block]})
-            for (const slot& s : *slots) plan.cells.insert(plan.cells.end(), s.begin(), s.end());
-        for (const slot& s : of_masses[block])
-            for (const cell_entry& mass : s) plan.masses.push_back(mass.site);
-    }
-    return plan;
-}
-
-// Wavefronts of shared memory that one step of the plan takes.
-int64_t cost_of(const block_plan& plan, const lattice& grid) {
-    const layout at{grid, plan.row, plan.plane};
-    int64_t cost = 0;
-    for (std::size_t first = 0; first < plan.cells.size(); first += lanes) {
-        slot s;
-        std::copy_n(plan.cells.begin() + std::ptrdiff_t(first), lanes, s.begin());
-        cost += accesses_of_corner * wavefronts(s, at);
-    }
-    for (std::size_t first = 0; first < plan.masses.size(); first += lanes) {
-        slot s;
-        for (int lane = 0; lane < lanes; ++lane) s[lane] = {plan.masses[first + lane], 0};
-        cost += accesses_of_mass * wavefronts(s, at);
-    }
-    return cost;
+    return out;
 }
 
 }  // namespace
@@ -239,71 +294,75 @@ std::optional<block_shape> shape_block(const block_plan& plan, const kernel_need
                                        std::size_t most_shared_bytes, kernel_form form) {
     const bool double_springs = needs.precision == LIMAX_DOUBLE;
     const bool double_masses = double_springs || needs.precision == LIMAX_MIXED;
-    const int warps_of_many = std::max(plan.cube_slots, (plan.mass_slots + 1) / 2);
+    const int slots = plan.cube_slots + plan.rim_slots;
+    // a cube and a square a thread, or with two squares in the smallest lattices
+    const bool one_warp = plan.cube_slots == 1 && slots <= 3;
+    const int warps_of_many = one_warp ? 1 : std::max(plan.cube_slots, (slots + 1) / 2);
     if (warps_of_many > (double_springs ? most_warps_of_double : most_warps)) return std::nullopt;
-    const int warps_of_one = std::max(plan.cube_slots + plan.rim_slots, plan.mass_slots);
-    const bool one = form == kernel_form::one && warps_of_one <= most_warps_of_one;
-    const int warps = one ? warps_of_one : warps_of_many;
+    const bool one = form == kernel_form::one && slots <= most_warps_of_one;
+    const int warps = one ? slots : warps_of_many;
 
-    // A scheduler shares 512 registers of a lane among its warps: three of them have 168 each, two
-    // 255, four 128. Measured: three are best where the block is small enough.
+    // A scheduler shares 512 registers of a lane among its warps: five of them have 96 each, four
+    // 128, three 168, two 255.
+    const int warps_at_once = double_springs                                 ? 8
+                              : double_masses || needs.many_laws || one_warp ? 12
+                              : needs.shares_velocity                        ? 16
+                                                                             : 20;
     block_shape shape;
     shape.threads = warps * lanes;
-    shape.blocks = one ? 1 : double_springs ? std::max(1, 8 / warps) : warps <= 6 ? 12 / warps : 1;
-    const int warps_of_scheduler = (warps * shape.blocks + 3) / 4;
-    // What keeps spills under 64 bytes.
-    shape.cube_held = double_springs            ? 0
-                      : double_masses           ? (warps_of_scheduler <= 3 ? 10 : 0)
-                      : warps_of_scheduler <= 3 ? cube_springs
-                                                : 4;
+    shape.blocks = one ? 1 : std::max(1, warps_at_once / warps);
 
-    const int cell_rounds = (plan.cube_slots + plan.rim_slots + warps - 1) / warps;
-    const int cube_rounds = (plan.cube_slots + warps - 1) / warps;
-    const std::size_t in_memory =
-        std::size_t(shape.threads) * std::size_t(cube_rounds * (cube_springs - shape.cube_held) +
-                                                 (cell_rounds - cube_rounds) * rim_springs);
-    const std::size_t places = std::size_t(plan.plane) * std::size_t(plan.layers);
-    const std::size_t spring_real = double_springs ? 8 : 4, mass_real = double_masses ? 8 : 4;
     // block_memory of kernels/slabs.h, which asserts that this suffices
-    const std::size_t own = needs.precision == LIMAX_COMPENSATED ? 8
-                            : double_springs                     ? 5
-                            : double_masses                      ? 8
-                                                                 : 2;
-    shape.shared_bytes = places * ((needs.shares_velocity ? 6 : 3) + 3 * corners) * spring_real +
-                         places * (own + (needs.has_faces ? 6 : 0)) * mass_real +
-                         in_memory * std::size_t(needs.spring_columns) * sizeof(float) +
-                         std::size_t(warps + plan.cluster) * block_sums * sizeof(int64_t) +
-                         sizeof(robot_record) + shared_slack;
+    const int cube_rounds = (plan.cube_slots + warps - 1) / warps;
+    const int rim_rounds = (slots + warps - 1) / warps - cube_rounds;
+    const std::size_t spring_real = double_springs ? 8 : 4, mass_real = double_masses ? 8 : 4;
+    const std::size_t of_class = needs.spring_columns == 3 ? 4 : std::size_t(needs.spring_columns);
+    const auto places = std::size_t(plan.places);
+    shape.shared_bytes =
+        places * ((needs.shares_velocity ? 6 : 4) + 3 * (corners - 1)) * spring_real +
+        places * (needs.has_faces ? 6 : 0) * mass_real +
+        std::size_t(rim_rounds * shape.threads) *
+            ((rim_classes * of_class + 1) * sizeof(float) + (plan.mixed ? 16 : 0) + 4 * mass_real) +
+        check_interval * 2 * spring_real +
+        std::size_t(warps + plan.cluster) * block_sums * sizeof(int64_t) + sizeof(robot_record) +
+        shared_slack;
     if (shape.shared_bytes > most_shared_bytes) return std::nullopt;
     return shape;
 }
 
 block_plan plan_block(const lattice& grid, int cluster) {
-    struct candidate {
-        int64_t cost;
-        block_plan plan;
+    struct strides {
+        int misfits, places, row, plane;
     };
-    std::vector<candidate> candidates;
-    for (int row_padding = 0; row_padding <= most_row_padding; ++row_padding)
-        for (int plane_padding = 0; plane_padding <= most_plane_padding; ++plane_padding) {
-            const int row = grid.nx + 1 + row_padding;
-            const int plane = row * (grid.ny + 1) + plane_padding;
-            const int unpadded = (grid.nx + 1) * (grid.ny + 1);
-            // the first candidate, without padding, always stays
-            if (!candidates.empty() && plane > unpadded + unpadded / padding_share) continue;
-            block_plan plan = plan_with(grid, cluster, row, plane, false);
-            candidates.push_back({cost_of(plan, grid), std::move(plan)});
+    std::vector<strides> choices;
+    const int along_x = grid.nx + 1, along_y = grid.ny + 1;
+    const int layers = (grid.nz + cluster - 1) / cluster + 1;
+    const int unpadded =
+        layout{{grid.nx, grid.ny, layers - 1}, along_x, along_x * along_y}.places();
+    const int cubes = (grid.nx * grid.ny * (layers - 1) + lanes - 1) / lanes;
+    const int slots = (along_x * along_y * layers + lanes - 1) / lanes;
+    const int most = std::max(unpadded + unpadded / padding_share,
+                              std::max(cubes, (slots + 1) / 2) * places_of_warp);
+    // beyond these the classes of places repeat
+    for (int row = along_x; row < along_x + lanes; ++row)
+        for (int plane = row * grid.ny + along_x; plane < row * grid.ny + along_x + lanes;
+             ++plane) {
+            // the first choice, without padding, always stays
+            const layout at{{grid.nx, grid.ny, layers - 1}, row, plane};
+            if (!choices.empty() && at.places() > most) break;
+            choices.push_back({misfits(at), at.places(), row, plane});
         }
-    std::stable_sort(candidates.begin(), candidates.end(),
-                     [](const candidate& a, const candidate& b) { return a.cost < b.cost; });
-    candidates.resize(std::min(candidates.size(), refined_candidates));
-    for (candidate& c : candidates) {
-        c.plan = plan_with(grid, cluster, c.plan.row, c.plan.plane, true);
-        c.cost = cost_of(c.plan, grid);
+    std::stable_sort(choices.begin(), choices.end(), [](const strides& a, const strides& b) {
+        return a.misfits != b.misfits ? a.misfits < b.misfits : a.places < b.places;
+    });
+    choices.resize(std::min(choices.size(), tried_layouts));
+    candidate best{0, {}};
+    for (const strides& choice : choices) {
+        candidate tried = plan_with(grid, cluster, choice.row, choice.plane);
+        // two per cent more wavefronts are worth a smaller memory
+        if (best.plan.cells.empty() || 102 * tried.cost < 100 * best.cost) best = std::move(tried);
     }
-    return std::min_element(candidates.begin(), candidates.end(),
-                            [](const candidate& a, const candidate& b) { return a.cost < b.cost; })
-        ->plan;
+    return best.plan;
 }
 
 std::shared_ptr<const block_plan> block_plans::of(const lattice& grid, int cluster) {

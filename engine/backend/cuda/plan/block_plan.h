@@ -14,24 +14,25 @@
 
 namespace limax::cuda {
 
-// Cells and masses in slots of 32 lanes. Cubes fill the first `cube_slots` of the cells' slots, the
-// rim the rest. A lane without a cell, or without a mass, has site -1.
+// Cells (kernels/cells.h) in slots of 32 lanes. Cubes fill the first `cube_slots`, the rim the
+// rest: squares of one orientation share a slot, with bars and the topmost site where they fit.
 //
 // Where one block is too small, a cluster of blocks shares the lattice in slabs along z: block k
 // holds the voxels of layers k nz / cluster to (k + 1) nz / cluster and the masses below them, the
 // last block also the topmost masses. Every block has as many slots as the largest.
 struct block_plan {
-    int cluster = 1;  // blocks
-    int layers = 0;   // of places in a block's shared memory: those of its voxels and one more
-    int row = 0, plane = 0;  // places between neighbours along y and along z there
-    int cube_slots = 0, rim_slots = 0, mass_slots = 0;
+    int cluster = 1;         // blocks
+    int row = 0, plane = 0;  // places between neighbours along y and along z in shared memory
+    int places = 0;          // all of a block, with those that no mass has: what sticks out of the
+                             // lattice, and the cells of lanes without one
+    int cube_slots = 0, rim_slots = 0;
+    bool mixed = false;             // squares of different orientation share a slot
     std::vector<cell_entry> cells;  // [block][slot][32]
-    std::vector<int32_t> masses;    // sites, [block][slot][32]
 };
 
-// Lays the masses out and assigns the cells to lanes so that the corners that a warp reads are in
-// different banks, as far as the lattice allows. A cluster has at most as many blocks as the
-// lattice has layers of voxels.
+// Lays the masses out and assigns the cells to lanes so that what a warp reads is in different
+// banks, as far as the lattice allows. A cluster has at most as many blocks as the lattice has
+// layers of voxels.
 block_plan plan_block(const lattice& grid, int cluster = 1);
 
 // Plans, each made once. Safe from any thread.
@@ -50,13 +51,13 @@ struct kernel_needs {
     int spring_columns;    // parameters of a spring: 1 to 4
     bool shares_velocity;  // laws on several masses read their velocities
     bool has_faces;        // laws act on faces
+    bool many_laws;        // laws on masses that need many registers
 };
 
 // Threads and memory of a block.
 struct block_shape {
     int threads = 0;
-    int blocks = 0;     // of a multiprocessor that its registers are shared out for
-    int cube_held = 0;  // springs of a cube whose parameters registers hold, 0 to 13
+    int blocks = 0;  // of a multiprocessor that its registers are shared out for
     std::size_t shared_bytes = 0;
 };
 

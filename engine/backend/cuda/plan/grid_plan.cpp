@@ -47,11 +47,11 @@ grid_shape shape_of(const std::array<int, 3>& along, const std::array<int, 3>& t
     shape.blocks = double_springs ? 1 : 512 / shape.threads;
     const std::size_t spring_real = double_springs ? 8 : 4;
     // tile_memory of kernels/tiles.h, which asserts that this suffices
-    shape.shared_bytes =
-        (window * (needs.shares_velocity ? 6 : 3) + std::size_t(masses) * 3 * corners) *
-            spring_real +
-        std::size_t(shape.threads / lanes) * grid_sums * sizeof(int64_t) + sizeof(robot_record) +
-        shared_slack;
+    shape.shared_bytes = (window * (needs.shares_velocity ? 6 : 4) +
+                          std::size_t(masses) * 3 * corners + 2 * check_interval) *
+                             spring_real +
+                         std::size_t(shape.threads / lanes) * grid_sums * sizeof(int64_t) +
+                         sizeof(robot_record) + shared_slack;
     return shape;
 }
 

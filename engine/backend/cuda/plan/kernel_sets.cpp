@@ -15,6 +15,11 @@ namespace {
 
 // Voxels of a block beyond which no plan is worth making: it would not fit.
 constexpr int64_t most_cubes_of_block = 512;
+// Effects whose laws on masses need few registers.
+constexpr unsigned light_effects = effects::bit<effects::springs> | effects::bit<effects::damping> |
+                                   effects::bit<effects::actuation> |
+                                   effects::bit<effects::gravity> | effects::bit<effects::ground> |
+                                   effects::bit<effects::friction>;
 // Blocks that every GPU with clusters can put into one.
 constexpr int most_blocks_of_cluster = 8;
 
@@ -232,9 +237,11 @@ int scene_kernels::blocks_of_robot(unsigned robots) const {
 void scene_kernels::choose_path(block_plans& plans, const gpu& device) {
     // The path depends on no effect except those on faces, which need more memory: it is chosen
     // for all other effects together.
+    const bool many_laws = has_faces || meets || has_solid || (mask_ & ~light_effects) != 0 ||
+                           !setup_->scene.scripts().empty();
     const kernel_needs needs{setup_->options.precision, spring_columns,
-                             damped || has_faces || meets, has_faces};
-    const kernel_needs most{setup_->options.precision, 4, true, has_faces};
+                             damped || has_faces || meets, has_faces, many_laws};
+    const kernel_needs most{setup_->options.precision, 4, true, has_faces, true};
     const std::size_t shared = device.shared_memory_of_block;
     const int most_cluster =
         std::min(device.clusters ? most_blocks_of_cluster : 1, std::max(1, setup_->grid.nz));
@@ -277,14 +284,13 @@ void scene_kernels::define_shape(kernel_set& step) const {
     } else {
         define("LIMAX_ROW", plan->row);
         define("LIMAX_PLANE", plan->plane);
+        define("LIMAX_PLACES", plan->places);
         define("LIMAX_CLUSTER", plan->cluster);
-        define("LIMAX_LAYERS", plan->layers);
         define("LIMAX_CUBE_SLOTS", plan->cube_slots);
         define("LIMAX_RIM_SLOTS", plan->rim_slots);
-        define("LIMAX_MASS_SLOTS", plan->mass_slots);
+        define("LIMAX_MIXED", int(plan->mixed));
         define("LIMAX_THREADS", shape_.threads);
         define("LIMAX_BLOCKS", shape_.blocks);
-        define("LIMAX_CUBE_HELD", shape_.cube_held);
         define("LIMAX_SHARED_BYTES", shape_.shared_bytes);
     }
 }

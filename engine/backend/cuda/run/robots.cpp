@@ -123,7 +123,7 @@ private:
 
     scene_kernels scene_;
     device_memory<robot_record> device_records_;
-    device_memory<int32_t> device_running_, device_ranks_, device_masses_;
+    device_memory<int32_t> device_running_, device_ranks_;
     device_memory<cell_entry> device_cells_;
     device_memory<float> mass_, springs_;
     device_memory<R> state_;

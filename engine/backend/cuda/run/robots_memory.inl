@@ -15,7 +15,7 @@ template <class R>
 void robots_on_gpu<R>::release() {
     awake_ = false;
     const auto free = [](auto&... memory) { ((memory = std::decay_t<decltype(memory)>()), ...); };
-    free(device_records_, device_running_, device_ranks_, device_masses_, device_cells_, mass_,
+    free(device_records_, device_running_, device_ranks_, device_cells_, mass_,
          springs_, state_, exchange_, sums_, arrived_, faces_, after_, surface_, partners_,
          listed_at_, moved_, solids_, solid_marks_, solid_touches_, solid_corners_, solid_after_,
          heights_, device_summaries_);
@@ -73,9 +73,7 @@ void robots_on_gpu<R>::allocate(std::size_t count) {
     } else {
         const block_plan& plan = *scene_.plan;
         make(device_cells_, plan.cells.size(), "the plan");
-        make(device_masses_, plan.masses.size(), "the plan");
         device_cells_.upload(plan.cells.data(), plan.cells.size(), stream_);
-        device_masses_.upload(plan.masses.data(), plan.masses.size(), stream_);
     }
 }
 

@@ -105,7 +105,6 @@ void robots_on_gpu<R>::enqueue_slice(int64_t most) {
     launch.records = device_records_.data();
     launch.running = device_running_.data();
     launch.cells = device_cells_.data();
-    launch.masses = device_masses_.data();
     launch.mass = mass_.data();
     launch.springs = springs_.data();
     launch.state = state_.data();

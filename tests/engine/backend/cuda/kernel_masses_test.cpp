@@ -145,6 +145,7 @@ std::vector<effects::vector<double>> velocities_of_kernel(const scene& scene,
         }
         m.mass = masses.mass[i];
         m.inverse_mass = masses.inverse_mass[i];
+        m.root_mass = std::sqrt(masses.mass[i]);
         const auto f = masses.at(mass_columns::force, i);
         double next[3];
         cuda::begin_mass(m, {f.x, f.y, f.z}, {}, params, {origin, script_time}, h, next);
