@@ -106,17 +106,17 @@ function outcome.copy(simulation, into, mask)
   end
 end
 
---- The fields of many outcomes for `host.rows.pack`, sorted by name, without status and reason.
+--- The fields of many outcomes for a file, without status and reason.
 ---@param all ffi.cdata* limax_outcome[]
 ---@param prefix string
----@return table[]
+---@return limax.npy.field[]
 function outcome.fields(all, prefix)
   local list = {}
   local function add(name, kind, count)
-    list[#list + 1] = { prefix .. name, kind, all, ffi.offsetof("limax_outcome", name), SIZE,
-      count }
+    list[#list + 1] = { name = prefix .. name, kind = kind, count = count, memory = all,
+      offset = ffi.offsetof("limax_outcome", name), stride = SIZE }
   end
-  for _, name in ipairs(PLACES) do add(name, "<f8[]", 3) end
+  for _, name in ipairs(PLACES) do add(name, "<f8", 3) end
   for _, name in ipairs(NUMBERS) do
     add(name, (name == "masses" or name == "springs") and "<i4" or "<f8")
   end

@@ -10,15 +10,9 @@
 ---@field array fun(list: table): table marks a table, so that it is written as [] if it is empty
 ---@field is_array fun(value: any): boolean
 
--- A field is { name, type, list of values by row, key ... }, where keys lead into a value that is a
--- table, or { name, type, FFI array, offset, bytes of a row, count }. A type is one of NumPy's,
--- "<f8", "<i8", "<i4", "|b1", "|S", with "[]" for a list; count is that of a list's values or a
--- text's bytes. "hexadecimal" is a text of a whole number of 64 bits in memory. A field that no row
--- has is left out.
 ---@class limax.host.rows
----@field pack fun(rows: integer, fields: any[][]): string a .npy file
----@field lines fun(npy: string): string|nil, string|nil its rows as lines of JSON (rows.h), fields
---- in their order in the file
+---@field lines fun(npy: string): string|nil, string|nil the rows of an array of records as lines of
+--- JSON (rows.h), fields in their order in the file
 
 ---@class limax.host.lock
 ---@field free fun(self: limax.host.lock)

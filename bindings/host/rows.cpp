@@ -1,5 +1,5 @@
-// rows.cpp: host.rows. A .npy file (format 2.0) holds the fields of a row side by side, each of
-// one of five types; its header names them. Memory of the engine and lists of Lua are its sources.
+// rows.cpp: host.rows: lines of JSON of a .npy file that scripts/lib/base/npy_records.lua writes:
+// the fields of a row side by side, each of one of five types, which its header names.
 #include "rows.h"
 
 #include <algorithm>
@@ -8,7 +8,6 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
-#include <stdexcept>
 #include <vector>
 
 #include "guard.h"
@@ -23,7 +22,6 @@ constexpr std::string_view magic{"\x93NUMPY\2\0", 8};
 constexpr std::size_t header_at = 12;  // after the magic and four bytes of length
 constexpr std::size_t most_fields = 10000;
 constexpr std::size_t widest_field = 1 << 20;  // bytes
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 enum class type { number, whole, whole32, truth, text };
 
@@ -51,200 +49,6 @@ T read(const char* from) {
     std::memcpy(&value, from, sizeof value);
     return value;
 }
-
-template <class T>
-void write(char* to, T value) {
-    std::memcpy(to, &value, sizeof value);
-}
-
-// ---- packing ------------------------------------------------------------------------------------
-
-std::string header_of(const std::vector<field>& fields, std::size_t rows) {
-    std::string text = "{'descr': [";
-    for (const field& each : fields) {
-        text += "('" + each.name + "', '";
-        text += type_names[static_cast<int>(each.kind)];
-        if (each.kind == type::text) text += std::to_string(each.size);
-        text += each.is_list ? "', (" + std::to_string(each.count) + ",)), " : "'), ";
-    }
-    text += "], 'fortran_order': False, 'shape': (" + std::to_string(rows) + ",), }";
-    // header and line break end at a multiple of 64 bytes
-    text.append(63 - (header_at + text.size()) % 64, ' ') += '\n';
-    std::string header(magic);
-    const auto length = static_cast<std::uint32_t>(text.size());
-    header.append(reinterpret_cast<const char*>(&length), sizeof length);
-    return header + text;
-}
-
-// In place of a type: a whole number in memory that becomes a text of 16 digits.
-constexpr std::string_view hexadecimal = "hexadecimal";
-constexpr std::size_t hexadecimal_digits = 16;
-
-// A field and where its values come from: memory, or values of a list of Lua by row.
-struct source {
-    field is;
-    const char* memory = nullptr;
-    std::size_t stride = 0;
-    bool is_hexadecimal = false;
-    int list = 0;   // the stack's index
-    int first = 0;  // keys of the field's table from this one on lead into an entry of the list
-    int last = -1;
-    int entry = 0;  // the stack's index of that table
-};
-
-// Pushes the value of row i; nil where there is none.
-void push_value(lua_State* L, const source& from, int i) {
-    lua_rawgeti(L, from.list, i);
-    for (int key = from.first; key <= from.last && lua_istable(L, -1); ++key) {
-        lua_rawgeti(L, from.entry, key);
-        lua_rawget(L, -2);
-        lua_replace(L, -2);
-    }
-}
-
-void put_number(char* to, type kind, double value, bool is_there) {
-    switch (kind) {
-        case type::number: write(to, is_there && std::isfinite(value) ? value : nan); break;
-        case type::whole: write(to, is_there ? static_cast<std::int64_t>(value) : -1); break;
-        case type::whole32: write(to, is_there ? static_cast<std::int32_t>(value) : -1); break;
-        default: write(to, static_cast<char>(is_there && value != 0));
-    }
-}
-
-// The value on top of the stack.
-void put_value(lua_State* L, const field& is, char* to) {
-    if (is.kind == type::text) {
-        const std::string_view text = lua_isnil(L, -1) ? std::string_view{} : text_at(L, -1);
-        std::memcpy(to, text.data(), std::min(text.size(), is.size));
-        return;
-    }
-    for (std::size_t k = 0; k < is.count; ++k) {
-        if (is.is_list && lua_istable(L, -1))
-            lua_rawgeti(L, -1, static_cast<int>(k + 1));
-        else
-            lua_pushvalue(L, -1);
-        if (lua_isboolean(L, -1))
-            write(to + k, static_cast<char>(lua_toboolean(L, -1)));
-        else
-            put_number(to + k * is.size, is.kind, lua_tonumber(L, -1), lua_isnumber(L, -1) != 0);
-        lua_pop(L, 1);
-    }
-}
-
-void put_memory(const source& from, std::size_t row, char* to) {
-    const field& is = from.is;
-    const char* const at = from.memory + row * from.stride;
-    if (from.is_hexadecimal) {
-        const auto value = read<std::uint64_t>(at);
-        for (std::size_t k = 0; k < hexadecimal_digits; ++k)
-            to[k] = "0123456789abcdef"[value >> (60 - 4 * k) & 15];
-        return;
-    }
-    std::memcpy(to, at, is.bytes());
-    if (is.kind != type::number) return;
-    bool finite = true;
-    for (std::size_t k = 0; k < is.count; ++k)
-        finite = finite && std::isfinite(read<double>(to + k * 8));
-    for (std::size_t k = 0; k < is.count && !finite; ++k) write(to + k * 8, nan);
-}
-
-// Finds the width of texts and lists of Lua. Returns whether any row has a value.
-bool measure(lua_State* L, source& from, std::size_t rows) {
-    std::size_t longest = 0;
-    bool any = false;
-    for (std::size_t i = 1; i <= rows; ++i) {
-        push_value(L, from, static_cast<int>(i));
-        any = any || !lua_isnil(L, -1);
-        if (from.is.kind == type::text || lua_istable(L, -1))
-            longest = std::max<std::size_t>(longest, lua_objlen(L, -1));
-        lua_pop(L, 1);
-    }
-    if (from.is.kind == type::text) from.is.size = longest;
-    // a list of whole numbers is never left out
-    if (from.is.is_list)
-        from.is.count = std::max<std::size_t>(longest, from.is.kind == type::whole ? 1 : 0);
-    return any && from.is.bytes() > 0;
-}
-
-bool any_number(const source& from, std::size_t rows) {
-    if (from.is.kind != type::number) return true;
-    for (std::size_t i = 0; i < rows; ++i)
-        if (std::isfinite(read<double>(from.memory + i * from.stride))) return true;
-    return false;
-}
-
-// The field that the table on top of the stack describes: { name, type, list of Lua, key ... }, or
-// { name, type, FFI array, offset, stride, count }; a type that ends in "[]" is a list.
-source source_of(lua_State* L) {
-    source from;
-    from.entry = lua_gettop(L);
-    const auto get = [&](int k) {
-        lua_rawgeti(L, from.entry, k);
-        return lua_gettop(L);
-    };
-    from.is.name = text_at(L, get(1));
-    std::string_view kind = text_at(L, get(2));
-    from.is.is_list = kind.ends_with("[]");
-    if (from.is.is_list) kind.remove_suffix(2);
-    from.is_hexadecimal = kind == hexadecimal;
-    if (from.is_hexadecimal) kind = type_names[static_cast<int>(type::text)];
-    const auto found = std::find(std::begin(type_names), std::end(type_names), kind);
-    if (found == std::end(type_names)) throw std::runtime_error("rows: an unknown type");
-    from.is.kind = static_cast<type>(found - std::begin(type_names));
-    from.is.size = size_of(from.is.kind);
-    from.list = get(3);
-    if (lua_istable(L, from.list)) {
-        from.first = 4;
-        from.last = static_cast<int>(lua_objlen(L, from.entry));
-        return from;
-    }
-    from.memory = static_cast<const char*>(lua_topointer(L, from.list)) +
-                  static_cast<std::size_t>(lua_tonumber(L, get(4)));
-    from.stride = static_cast<std::size_t>(lua_tonumber(L, get(5)));
-    const auto count = static_cast<std::size_t>(lua_tonumber(L, get(6)));
-    if (from.is.is_list) from.is.count = count;
-    if (from.is.kind == type::text) from.is.size = from.is_hexadecimal ? hexadecimal_digits : count;
-    return from;
-}
-
-// pack(rows, fields) -> bytes of a .npy file
-int pack(lua_State* L) {
-    const auto rows = static_cast<std::size_t>(luaL_checkint(L, 1));
-    luaL_checktype(L, 2, LUA_TTABLE);
-    std::vector<source> sources;
-    std::vector<field> fields;
-    std::size_t width = 0;
-    const int count = static_cast<int>(lua_objlen(L, 2));
-    luaL_checkstack(L, 8 * count + 8, "rows");
-    for (int k = 1; k <= count; ++k) {
-        lua_rawgeti(L, 2, k);
-        source from = source_of(L);
-        const bool any = from.memory != nullptr ? any_number(from, rows) : measure(L, from, rows);
-        if (!any) continue;
-        from.is.offset = width;
-        width += from.is.bytes();
-        sources.push_back(from);
-        fields.push_back(from.is);
-    }
-    std::string npy = header_of(fields, rows);
-    const std::size_t begin = npy.size();
-    npy.resize(begin + rows * width);
-    for (const source& from : sources) {
-        char* to = npy.data() + begin + from.is.offset;
-        for (std::size_t i = 0; i < rows; ++i, to += width) {
-            if (from.memory != nullptr) {
-                put_memory(from, i, to);
-                continue;
-            }
-            push_value(L, from, static_cast<int>(i + 1));
-            put_value(L, from.is, to);
-            lua_pop(L, 1);
-        }
-    }
-    return push(L, npy);
-}
-
-// ---- reading ------------------------------------------------------------------------------------
 
 // Reads the header of a file that anybody may have written.
 class header_reader {
@@ -465,7 +269,6 @@ std::string lines_of_rows(std::string_view npy) {
 
 void open_rows(lua_State* L) {
     lua_newtable(L);
-    add_function<pack>(L, "pack");
     add_function<lines>(L, "lines");
     lua_setfield(L, -2, "rows");
 }

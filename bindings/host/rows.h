@@ -1,5 +1,4 @@
-// rows.h: rows of fields as a NumPy array of records (.npy), and the same rows as lines of JSON.
-// Includes Lua and the standard library only.
+// rows.h: a NumPy array of records as lines of JSON. Includes Lua and the standard library only.
 #pragma once
 
 #include <lua.hpp>
@@ -8,7 +7,7 @@
 
 namespace limax::host {
 
-// The lines of JSON that a .npy file of `host.rows.pack` stands for: an object for each row, a
+// The lines of JSON that an array of records in a .npy file stands for: an object for each row, a
 // field `a.b` as field `b` of the object `a`, and `a[1].b` as field `b` of the first entry of the
 // list `a`. A field without a value is left out: NaN, -1 of a whole number, an empty text, and of
 // a list the entries at its end that have none. Throws a `failure` for any other file. Any thread

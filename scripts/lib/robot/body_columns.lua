@@ -20,6 +20,8 @@ Bodies.__index = Bodies
 local body_columns = {}
 
 local SIZE = ffi.sizeof "limax_body"
+-- place of the hash in such a struct, in 32-bit words
+local HASH = ffi.offsetof("limax_body", "hash") / ffi.sizeof "uint32_t"
 
 ---@param count integer robots
 ---@return limax.body_columns
@@ -112,26 +114,41 @@ function Bodies:table(i)
     counts = counts, mass = self.mass[i - 1] }
 end
 
---- The fields of all bodies for `host.rows.pack`, sorted by name.
+-- The hashes as texts of 16 digits.
+local function hash_texts(self)
+  local memory, digits = ffi.new("char[?]", 16 * self.count), ("0123456789abcdef")
+  local letters = ffi.cast("const char *", digits)
+  for i = 0, self.count - 1 do
+    local halves = ffi.cast("const uint32_t *", self.shapes + i) + HASH
+    for k = 0, 15 do
+      local half = k < 8 and halves[1] or halves[0]
+      memory[16 * i + k] = letters[bit.band(bit.rshift(half, 28 - 4 * (k % 8)), 15)]
+    end
+  end
+  return memory
+end
+
+--- The fields of all bodies for a file, sorted by name.
 ---@param escaped fun(name: string): string
----@return table[]
+---@return limax.npy.field[]
 function Bodies:fields(escaped)
   local list = {}
-  local function add(name, kind, field, count)
-    list[#list + 1] = { "body." .. name, kind, self.shapes, ffi.offsetof("limax_body", field), SIZE,
-      count }
+  local function add(name, field, count)
+    list[#list + 1] = { name = "body." .. name, kind = "<i4", count = count, memory = self.shapes,
+      offset = ffi.offsetof("limax_body", field), stride = SIZE }
   end
   for k, name in ipairs(self.names) do
-    add("counts." .. escaped(name), "<i4", "counts")
-    list[k][4] = list[k][4] + (k - 1) * ffi.sizeof "int32_t"
+    add("counts." .. escaped(name), "counts")
+    list[k].offset = list[k].offset + (k - 1) * ffi.sizeof "int32_t"
   end
-  add("hash", "hexadecimal", "hash")
-  list[#list + 1] = { "body.letters", "|S", self.letters, 0, self.width, self.width }
-  list[#list + 1] = { "body.mass", "<f8", self.mass, 0, ffi.sizeof "double" }
-  add("masses", "<i4", "masses")
-  add("size", "<i4[]", "size", 3)
-  add("springs", "<i4", "springs")
-  add("voxels", "<i4", "voxels")
+  list[#list + 1] = { name = "body.hash", kind = "|S", memory = hash_texts(self), width = 16 }
+  list[#list + 1] = { name = "body.letters", kind = "|S", memory = self.letters,
+    width = self.width }
+  list[#list + 1] = { name = "body.mass", kind = "<f8", memory = self.mass }
+  add("masses", "masses")
+  add("size", "size", 3)
+  add("springs", "springs")
+  add("voxels", "voxels")
   return list
 end
 

@@ -9,6 +9,7 @@ local body_columns = require "limax.robot.body_columns"
 local choice = require "limax.base.choice"
 local host = require "limax.host"
 local names = require "limax.engine.names"
+local npy_records = require "limax.base.npy_records"
 local outcome = require "limax.engine.outcome"
 local robot_trials = require "limax.robot.robot_trials"
 
@@ -273,7 +274,7 @@ end
 
 -- ---- the population file ------------------------------------------------------------------------
 
--- A part of a field's name as host.rows writes it.
+-- A part of a field's name as host.rows reads it.
 local function escaped(name)
   return (name:gsub("[%%%.%['\\%c\128-\255]", function(letter)
     return ("%%%02X"):format(letter:byte())
@@ -285,9 +286,9 @@ local function outcome_fields(self, k, prefix)
   local states, reasons, all = {}, {}, self.outcomes[k]
   for i = 1, self.count do states[i], reasons[i] = outcome.status(all[i - 1]) end
   local list = outcome.fields(all, prefix)
-  list[#list + 1] = { prefix .. "status", "|S", states }
-  list[#list + 1] = { prefix .. "reason", "|S", reasons }
-  table.sort(list, function(a, b) return a[1] < b[1] end)
+  list[#list + 1] = npy_records.texts(prefix .. "status", states, self.count)
+  list[#list + 1] = npy_records.texts(prefix .. "reason", reasons, self.count)
+  table.sort(list, function(a, b) return a.name < b.name end)
   return list
 end
 
@@ -297,7 +298,9 @@ local function measure_fields(self)
     for name in pairs(self.measures[i] or {}) do found[name] = true end
   end
   for k, name in ipairs(choice.sorted_keys(found)) do
-    list[k] = { "measures." .. name, "<f8", self.measures, name }
+    local values = {}
+    for i = 1, self.count do values[i] = (self.measures[i] or {})[name] end
+    list[k] = npy_records.numbers("measures." .. name, "<f8", values, self.count)
   end
   return list
 end
@@ -305,34 +308,38 @@ end
 --- The population file as a NumPy array of records, of which `host.rows.lines` makes the lines.
 ---@return string bytes of a .npy file
 function Columns:pack()
-  local fields = {}
+  local fields, count = {}, self.count
   local function add(list)
     for _, each in ipairs(list) do fields[#fields + 1] = each end
   end
-  local function column(name, kind) fields[#fields + 1] = { name, kind, self[name] } end
+  local function texts(name) add { npy_records.texts(name, self[name], count) } end
+  local function lists(name) add { npy_records.lists(name, self[name], count) } end
+  local function numbers(name, kind)
+    if next(self[name]) then add { npy_records.numbers(name, kind, self[name], count) } end
+  end
   -- sorted by name
-  column("age", "<i8")
+  numbers("age", "<i8")
   add(self.bodies:fields(escaped))
-  column("cases", "<f8[]")
-  column("descriptors", "<f8[]")
-  column("fitness", "<f8")
-  column("generation", "<i8")
-  column("id", "<i8")
-  column("island", "<i8")
+  lists "cases"
+  lists "descriptors"
+  numbers("fitness", "<f8")
+  numbers("generation", "<i8")
+  numbers("id", "<i8")
+  numbers("island", "<i8")
   add(measure_fields(self))
-  column("novelty", "<f8")
-  column("objectives", "<f8[]")
-  column("origin", "|S")
+  numbers("novelty", "<f8")
+  lists "objectives"
+  texts "origin"
   add(outcome_fields(self, 1, "outcome."))
-  add { { "parents", "<i8[]", self.parents, 0, 16, 2 } }
-  column("reason", "|S")
-  add { { "schema", "|S", SCHEMA, 0, 0, #SCHEMA_TEXT } }
-  column("status", "|S")
-  column("step_size", "<f8")
+  add { { name = "parents", kind = "<i8", memory = self.parents, count = 2 } }
+  texts "reason"
+  add { { name = "schema", kind = "|S", memory = SCHEMA, stride = 0, width = #SCHEMA_TEXT } }
+  texts "status"
+  numbers("step_size", "<f8")
   for k = 1, self.has_trials and #self.outcomes or 0 do
     add(outcome_fields(self, k, ("trials[%d]."):format(k)))
   end
-  return host.rows.pack(self.count, fields)
+  return npy_records.pack(count, fields)
 end
 
 return columns
