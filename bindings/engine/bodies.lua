@@ -149,7 +149,7 @@ end
 ---@param self limax.population
 ---@return ffi.cdata* limax_body[count], of the engine
 function class.shapes(self)
-  return C.limax_population_bodies(object.handle("shapes", self, class))
+  return abi.pointer(C.limax_population_bodies(object.handle("shapes", self, class)), "shapes")
 end
 
 -- Ends all views of bodies.

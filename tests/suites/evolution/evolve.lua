@@ -9,6 +9,7 @@ local history_of_runs = require "limax.run.history"
 local host = require "limax.host"
 local run_files = require "limax.settings.run_files"
 local run_folder = require "limax.run.run_folder"
+local show = require "limax.tools.repl.show"
 local source = require "limax.base.source"
 local together = require "limax.evolution.together"
 local evolution = require "support.evolution"
@@ -51,6 +52,11 @@ suite:test("elites are the best robots and keep their id, body and score", funct
       t:equal(now[i].id, (k - 1) * 6 + i)
     end
   end
+end)
+
+suite:test("a record is shown with its fields", function(t)
+  local text = show.value(finished({ generations = 1 })[1].population.records[2])
+  t:ok(text:find "  id = 2," and text:find "  outcome = {" and text:find "  parents = {}", text)
 end)
 
 suite:test("a record reads as its line, also of elites and of robots of a file", function(t)

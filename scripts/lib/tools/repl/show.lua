@@ -72,6 +72,12 @@ local function table_text(value, depth, seen)
   if type(class) == "table" and class.__fields then
     return "{ " .. table.concat(class.__fields, ", ") .. " }"
   end
+  -- a robot's record, which is made when it is read
+  if type(class) == "table" and class.__pairs then
+    local read = {}
+    for name, entry in pairs(value) do read[name] = entry end
+    value = read
+  end
   if seen[value] then return "{ an enclosing table }" end
   if next(value) == nil then return "{}" end
   local shape = array_text.shape(value)
