@@ -17,7 +17,8 @@ public:
     explicit scratch(const lattice& grid)
         : count_(padded(grid.sites())),
           longest_step_(padded(longest_step(grid))),
-          memory_(6 * (count_ + longest_step_)) {}
+          window_(longest_step_ + 2 * site_block),
+          memory_(6 * (count_ + longest_step_) + 3 * 8 * (window_ + site_block)) {}
 
     // Points the scratch columns of a robot here.
     template <class S, class F>
@@ -35,10 +36,13 @@ public:
             else
                 take(masses.force[axis]);
         }
+        springs.sums = reinterpret_cast<F*>(next);
+        springs.sums_window = window_;
+        springs.sums_column = window_ + site_block;
     }
 
 private:
-    int64_t count_, longest_step_;
+    int64_t count_, longest_step_, window_;
     array<double> memory_;
 };
 
@@ -65,6 +69,7 @@ public:
         const auto take = [&] { return std::exchange(next, next + column); };
 
         masses.count = springs.count = count;
+        springs.sites = body.grid.sites();
         for (int axis = 0; axis < 3; ++axis) {
             masses.position[axis] = take();
             masses.velocity[axis] = take();
@@ -96,6 +101,7 @@ public:
         springs.damping = body.damping.data();
         springs.sine = body.sine.data();
         springs.cosine = body.cosine.data();
+        fill_cells(body);
     }
 
     // Whatever acts on the mass at a site moves it no more.
@@ -127,12 +133,38 @@ public:
     }
 
     // Frees what only springs need.
-    void release_springs() { rounded_ = array<F>(); }
+    void release_springs() {
+        rounded_ = array<F>();
+        cells_ = array<float>();
+    }
 
 private:
+    void fill_cells(const spring_body& body) {
+        const bool damped = body.damping.size() != 0, actuated = body.sine.size() != 0;
+        const int64_t rows = actuated ? cosine_row(damped) + owner_classes : sine_row(damped);
+        cells_ = array<float>(rows * body.count);
+        for (int number = 0; number < direction_count; ++number) {
+            const cell_spring& spring = cell_springs[number];
+            const int64_t near = body.grid.site(spring.near & 1, spring.near >> 1, 0);
+            for (int64_t cell = 0; cell + near < body.count; ++cell) {
+                const int64_t slot = spring.direction * body.count + cell + near;
+                float* row =
+                    cells_.data() + cell / site_block * rows * site_block + cell % site_block;
+                row[spring.owners * site_block] = body.stiffness[slot];
+                if (damped) row[(damping_row + number) * site_block] = body.damping[slot];
+                if (!actuated) continue;
+                row[(sine_row(damped) + spring.owners) * site_block] = body.sine[slot];
+                row[(cosine_row(damped) + spring.owners) * site_block] = body.cosine[slot];
+            }
+        }
+        springs.cells = cells_.data();
+        springs.cell_rows = rows;
+    }
+
     array<S> memory_;   // all columns of masses that are not the thread's
     S* inverse_mass_;   // within it
     array<F> rounded_;  // x and p, [3] each, as springs see them where that is not as they are
+    array<float> cells_;
 };
 
 }  // namespace limax::cpu

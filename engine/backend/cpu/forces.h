@@ -30,7 +30,7 @@ public:
         effects::for_each([&]<class E>(E) {
             constexpr int index = effects::index_of<E>;
             if (effects::acts_on_masses<E>)
-                for (int i = 0; i < in.instances(index); ++i) active_.push_back({index, i, {}});
+                for (int i = 0; i < in.instances(index); ++i) active_.push_back({index, i, {}, {}});
             if constexpr (bool(E::hooks & effects::hook_meet))
                 if (in.has(index)) {
                     const double edge = body.rest[0];
@@ -82,7 +82,6 @@ public:
     // Fills the forces on the robot's masses, whose state is `seen`.
     void evaluate(const mass_arrays<S>& seen, int64_t tick) {
         columns_.show_springs(passes_, seen);
-        clear(columns_.springs.force, seen.count);
         spring_passes_of<F>(passes_).pair[variant(tick)](columns_.springs, moment<F>(tick));
         columns_.take_forces(passes_);
         act_on_masses(seen, tick, true);
@@ -109,8 +108,8 @@ public:
             for (const active_effect& active : active_)
                 if (active.index == effects::index_of<effects::friction>)
                     recorded(masses, active.index, h, [&] {
-                        passes.pressed_slip[contact.index](masses, contact.params, active.params,
-                                                           h);
+                        passes.pressed_slip[contact.index](masses, {0, masses.count},
+                                                           contact.params, active.params, h);
                     });
         }
     }
@@ -161,8 +160,9 @@ public:
             if (active.index == effects::index_of<effects::friction>)
                 for (const active_effect& contact : active_)
                     if (const auto slip = passes.slip[contact.index])
-                        recorded(masses, active.index, h,
-                                 [&] { slip(masses, contact.params, active.params, h); });
+                        recorded(masses, active.index, h, [&] {
+                            slip(masses, contact.touching, contact.params, active.params, h);
+                        });
         if (block_) block_->rub_contacts(double(h));
     }
 
@@ -213,9 +213,10 @@ private:
     // Adds the forces of the effects on masses, those of contacts only `with_contacts`.
     void act_on_masses(const mass_arrays<S>& seen, int64_t tick, bool with_contacts) {
         const mass_passes<S>& passes = mass_passes_of<S>(passes_);
-        for (const active_effect& active : active_)
+        for (active_effect& active : active_)
             if (const auto node = passes.node[active.index])
-                if (with_contacts || !passes.press[active.index]) node(seen, active.params);
+                if (with_contacts || !passes.press[active.index])
+                    active.touching = node(seen, active.params);
         for (const scripted_effect& script : scene_.scripts()) evaluate(script.law, seen, tick);
         each_pair(seen.position, seen.predicted,
                   [&]<class E>(E, const auto& params, auto a, auto b, const auto& found) {
@@ -275,6 +276,7 @@ private:
     struct active_effect {
         int index, instance;
         alignas(16) char params[64];
+        site_range touching;  // of a contact, in the last evaluation of forces
     };
 
     const scene& scene_;

@@ -15,6 +15,7 @@ namespace limax::cpu {
 template <class F>
 struct spring_arrays {
     int64_t count;                  // sites, padded
+    int64_t sites;                  // sites of the lattice
     int64_t step[direction_count];  // from a spring's near site to its far one
     int64_t used[direction_count];  // near sites that can have a spring along it, padded
     F rest[direction_count];        // L0, m
@@ -27,7 +28,31 @@ struct spring_arrays {
     // Scratch of the thread, written before it is read within one step.
     F* force[3];     // N, [count]
     F* transfer[3];  // one direction's spring forces, N; zeros lie before them for the longest step
+    F* sums;         // [corner][3][sums_column]: what cells add to their corners, N
+    int64_t sums_window, sums_column;  // cells that it holds, and those with the first ones again
+    // [count / site_block][cell_rows][site_block]: the columns above by cells, see cell_springs
+    const float* cells;
+    int64_t cell_rows;
 };
+
+// Every site is the lowest corner of one cell, whose corners are numbered by bits: x = 1, y = 2,
+// z = 4. A cell owns these 13 springs, so every spring has one owner; on the high faces of a
+// lattice those that it has not have no stiffness. Springs of one class have the same voxels as
+// owners, and so the same stiffness, sine and cosine.
+struct cell_spring {
+    int near, far, direction, owners;
+};
+inline constexpr int cell_corners = 8, owner_classes = 7;
+// Sorted by the far corner: registers hold the low face and one high corner at once.
+inline constexpr cell_spring cell_springs[direction_count] = {
+    {0, 1, 0, 0}, {0, 2, 1, 1},  {1, 2, 4, 3}, {0, 3, 3, 3},   // low face
+    {0, 4, 2, 2}, {1, 4, 6, 4},  {2, 4, 8, 5}, {3, 4, 12, 6},  // to the corner above its lowest
+    {0, 5, 5, 4}, {2, 5, 11, 6}, {0, 6, 7, 5}, {1, 6, 10, 6}, {0, 7, 9, 6}};  // to the others
+// Rows of a cell's parameters: stiffness by class, damping by spring, then sine and cosine by
+// class.
+constexpr int damping_row = owner_classes;
+constexpr int sine_row(bool damped) { return owner_classes + (damped ? direction_count : 0); }
+constexpr int cosine_row(bool damped) { return sine_row(damped) + owner_classes; }
 
 // Its masses, in the precision S of its state.
 template <class S>
@@ -74,15 +99,21 @@ struct sweep_arrays {
 template <class F>
 using sweep_pass = void (*)(const spring_arrays<F>&, const sweep_arrays<F>&,
                             const effects::actuation::moment<F>&);
-// Adds the forces of one effect on the masses. `params` is the effect's own params<S>.
+// Sites from `first` to before `end`.
+struct site_range {
+    int64_t first, end;
+};
+// Adds the forces of one effect on the masses. `params` is the effect's own params<S>. Returns
+// sites beyond which no mass touches, if the effect is a contact.
 template <class S>
-using node_pass = void (*)(const mass_arrays<S>&, const void* params);
+using node_pass = site_range (*)(const mass_arrays<S>&, const void* params);
 // Changes next_velocity by one effect's impulses over h, on masses or on exposed faces, or by the
-// friction of one contact.
+// friction of one contact on the masses that touch it.
 template <class S>
 using impulse_pass = void (*)(const mass_arrays<S>&, const void* params, S h);
 template <class S>
-using slip_pass = void (*)(const mass_arrays<S>&, const void* contact, const void* friction, S h);
+using slip_pass = void (*)(const mass_arrays<S>&, site_range touching, const void* contact,
+                           const void* friction, S h);
 // Changes next_velocity by the push of one contact at the end of a step of h, and leaves that push
 // (N) in force[0]; and by its friction, from there.
 template <class S>

@@ -113,15 +113,15 @@ void press(const mass_arrays<R>& shared, const void* block, R h) {
 }
 
 template <class R, class E>
-void pressed_slip(const mass_arrays<R>& shared, const void* block, const void* friction_block,
-                  R h) {
+void pressed_slip(const mass_arrays<R>& shared, site_range touching, const void* block,
+                  const void* friction_block, R h) {
     const auto params = *static_cast<const typename E::template params<R>*>(block);
     const auto coefficients = *static_cast<const friction::params<R>*>(friction_block);
     const mass_arrays<R> robot = shared;
     R *wx = robot.next_velocity[0], *wy = robot.next_velocity[1], *wz = robot.next_velocity[2];
     const R* pushes = robot.force[0];
     LIMAX_LOOP
-    for (int64_t i = 0; i < robot.count; ++i) {
+    for (int64_t i = touching.first; i < touching.end; ++i) {
         const node_state<R> state = node_at(robot, i);
         const auto point = E::surface(params, state.position);
         const vector<R> after =

@@ -190,7 +190,8 @@ void run_passes(const scene& scene, const std::vector<scripted::program>& laws, 
     const auto friction =
         effects::friction::make<double>(scene.values(effects::index_of<effects::friction>), origin);
     each([&](int index, const void* own) {
-        if (passes.slip[index]) passes.slip[index](masses.view, own, &friction, h);
+        if (passes.slip[index])
+            passes.slip[index](masses.view, {0, masses.view.count}, own, &friction, h);
     });
 }
 
