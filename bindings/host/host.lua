@@ -5,7 +5,6 @@
 ---@class limax.host.json
 ---@field null userdata the value of null
 ---@field encode fun(value: any, options?: { indent?: integer }): string keys sorted; raises on NaN
----@field encode_lines fun(list: any[]): string a line for each entry
 ---@field decode fun(text: string, origin?: string): any, string|nil nil and a message
 ---@field array fun(list: table): table marks a table, so that it is written as [] if it is empty
 ---@field is_array fun(value: any): boolean

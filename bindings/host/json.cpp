@@ -24,19 +24,6 @@ public:
         return std::move(text_);
     }
 
-    // A line for each entry of the list at `index`.
-    std::string take_lines(int index) {
-        const int length = static_cast<int>(lua_objlen(L_, index));
-        for (int i = 1; i <= length; ++i) {
-            lua_rawgeti(L_, index, i);
-            value(lua_gettop(L_));
-            lua_pop(L_, 1);
-            text_ += '\n';
-            if (i == 1) text_.reserve(text_.size() * static_cast<std::size_t>(length) * 5 / 4);
-        }
-        return std::move(text_);
-    }
-
 private:
     // A key, or an index if the key is empty.
     struct step {
@@ -204,12 +191,6 @@ int encode(lua_State* L) {
     return push(L, encode_json(L, 1, indent));
 }
 
-// encode_lines(list) -> text, one line for each entry
-int encode_lines(lua_State* L) {
-    luaL_checktype(L, 1, LUA_TTABLE);
-    return push(L, writer(L, 0).take_lines(1));
-}
-
 // decode(text [, origin])
 int decode(lua_State* L) {
     decode_json(L, text_argument(L, 1), luaL_optstring(L, 2, "JSON text"));
@@ -340,7 +321,6 @@ void open_json(lua_State* L) {
 
     lua_newtable(L);
     add_function<encode>(L, "encode");
-    add_function<encode_lines>(L, "encode_lines");
     add_function<decode>(L, "decode");
     add_function<array>(L, "array");
     add_function<is_array>(L, "is_array");

@@ -114,11 +114,12 @@ end
 function Archive:text()
   local lines = {}
   for k, row in ipairs(self.entered) do
-    lines[k] = { schema = "limax.archive/1", id = row.id, index = row.index,
+    lines[k] = host.json.encode { schema = "limax.archive/1", id = row.id, index = row.index,
       fitness = row.fitness, descriptors = row.descriptors, objectives = row.objectives,
       cell = row.cell, island = row.island, novelty = row.novelty }
+      .. "\n"
   end
-  return host.json.encode_lines(lines)
+  return table.concat(lines)
 end
 
 --- The record of a row; nil for a table that is no row of this archive.

@@ -9,11 +9,12 @@ namespace limax::cuda {
 namespace {
 
 // Sites of a tile along an axis: 9 leave room for two blocks on a multiprocessor of the largest
-// GPUs; each side computes one layer of cells for its neighbour.
-constexpr int most_tile = 9;
+// GPUs, 11 for one; each side computes one layer of cells for its neighbour.
+constexpr int most_tile = 9, most_tile_alone = 11;
 // What fits the 64 KB of the smallest GPUs, in fp32 and in fp64.
 constexpr int any_tile = 7, any_tile_of_double = 5;
 constexpr int fewest_threads = 128, most_threads = 256, lanes = 32;
+constexpr int fewest_threads_alone = 384, most_threads_alone = 512;
 constexpr std::size_t shared_slack = 512;
 
 int rounds(int items, int at_once) { return (items + at_once - 1) / at_once; }
@@ -23,7 +24,7 @@ std::array<int, 3> sites_along(const lattice& grid) {
 }
 
 grid_shape shape_of(const std::array<int, 3>& along, const std::array<int, 3>& tile,
-                    const kernel_needs& needs) {
+                    const kernel_needs& needs, bool alone = false) {
     grid_shape shape;
     shape.tile = tile;
     shape.tiles = 1;
@@ -37,7 +38,8 @@ grid_shape shape_of(const std::array<int, 3>& along, const std::array<int, 3>& t
     }
     // the number of threads that leaves the fewest without a cell
     double best = 0;
-    for (int threads = most_threads; threads >= fewest_threads; threads -= lanes) {
+    for (int threads = alone ? most_threads_alone : most_threads;
+         threads >= (alone ? fewest_threads_alone : fewest_threads); threads -= lanes) {
         const double share = double(cells) / (threads * rounds(cells, threads));
         if (share <= best) continue;
         best = share;
@@ -57,15 +59,23 @@ grid_shape shape_of(const std::array<int, 3>& along, const std::array<int, 3>& t
 
 }  // namespace
 
-grid_shape shape_grid(const lattice& grid, const kernel_needs& needs,
-                      std::size_t most_shared_bytes) {
+grid_shape shape_grid(const lattice& grid, const kernel_needs& needs, std::size_t most_shared_bytes,
+                      int multiprocessors) {
     const auto along = sites_along(grid);
-    for (int most = most_tile;; --most) {
+    const auto cut = [&](int most, bool alone) {
         // as equal as the lattice allows
         std::array<int, 3> tile;
         for (int axis = 0; axis < 3; ++axis)
             tile[axis] = rounds(along[axis], rounds(along[axis], most));
-        const grid_shape shape = shape_of(along, tile, needs);
+        return shape_of(along, tile, needs, alone);
+    };
+    // a robot whose larger tiles each have a multiprocessor, but not its smaller ones
+    const grid_shape large = cut(most_tile_alone, true);
+    if (large.shared_bytes <= most_shared_bytes && large.tiles <= multiprocessors &&
+        cut(most_tile, false).tiles > multiprocessors)
+        return large;
+    for (int most = most_tile;; --most) {
+        const grid_shape shape = cut(most, false);
         if (shape.shared_bytes <= most_shared_bytes || most == 1) return shape;
     }
 }

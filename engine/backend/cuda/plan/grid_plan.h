@@ -16,10 +16,10 @@ struct grid_shape {
     std::size_t shared_bytes = 0;
 };
 
-// Tiles for a kernel that is compiled for this lattice, on a GPU whose blocks have at most
-// `most_shared_bytes`.
-grid_shape shape_grid(const lattice& grid, const kernel_needs& needs,
-                      std::size_t most_shared_bytes);
+// Tiles for a kernel that is compiled for this lattice, on a GPU with so many multiprocessors,
+// whose blocks have at most `most_shared_bytes`.
+grid_shape shape_grid(const lattice& grid, const kernel_needs& needs, std::size_t most_shared_bytes,
+                      int multiprocessors);
 
 // The tiles of a kernel that serves every lattice on every GPU, here for this lattice.
 grid_shape shape_any_grid(const lattice& grid, const kernel_needs& needs);

@@ -260,8 +260,9 @@ void scene_kernels::choose_path(block_plans& plans, const gpu& device) {
                      : *many;
     }
     if (on_grid_)
-        grid_ = form_ == kernel_form::any_lattice ? shape_any_grid(setup_->grid, needs)
-                                                  : shape_grid(setup_->grid, needs, shared);
+        grid_ = form_ == kernel_form::any_lattice
+                    ? shape_any_grid(setup_->grid, needs)
+                    : shape_grid(setup_->grid, needs, shared, device.multiprocessors);
 }
 
 // Adds what follows from lattice and path to the defines of the kernel that steps robots.
