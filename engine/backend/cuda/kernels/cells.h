@@ -29,11 +29,13 @@ struct cube_spring {
     int near, far, direction;
 };
 
-// In an order that keeps few corners in registers at once.
+// In an order that keeps few corners in registers at once. Among the springs of a square it is
+// the same for all three orientations: a sum has the same bits on the rim, which some kernels
+// compute as squares and some as cubes.
 LIMAX_LAW constexpr cube_spring cube_spring_at(int i) {
     constexpr cube_spring table[cube_springs] = {
-        {0, 3, 3}, {0, 4, 2}, {3, 4, 12}, {0, 1, 0}, {1, 4, 6},  {0, 2, 1}, {1, 2, 4},
-        {2, 4, 8}, {0, 6, 7}, {1, 6, 10}, {0, 5, 5}, {2, 5, 11}, {0, 7, 9}};
+        {0, 4, 2},  {0, 2, 1}, {2, 4, 8},  {0, 1, 0}, {1, 2, 4},  {1, 4, 6}, {0, 3, 3},
+        {3, 4, 12}, {0, 5, 5}, {2, 5, 11}, {0, 6, 7}, {1, 6, 10}, {0, 7, 9}};
     return table[i];
 }
 // The first and the last spring of a corner in this order.
@@ -71,18 +73,17 @@ LIMAX_LAW constexpr int length_class(int direction) {
     return direction < 3 ? 0 : direction < 9 ? 1 : 2;
 }
 
-// Ends of a square's springs among its corners: the cell, the end of its first axis, that of its
-// second, the one across.
-LIMAX_LAW constexpr int rim_near(int i) { return i == 3 ? 1 : 0; }
-LIMAX_LAW constexpr int rim_far(int i) { return i == 0 ? 1 : i == 2 ? 3 : 2; }
-
-// The directions of a square's springs: edge along its first axis, along its second, the diagonal
-// from its lowest corner, the diagonal from the end of its first axis to that of its second.
+// A square's springs, in the order of cube_spring_at(): the edge along its second axis, along its
+// first, the diagonal from the end of its first axis to that of its second, the one from its lowest
+// corner. Ends among its corners: the cell, the end of its first axis, that of its second, the one
+// across.
+LIMAX_LAW constexpr int rim_near(int i) { return i == 2 ? 1 : 0; }
+LIMAX_LAW constexpr int rim_far(int i) { return i == 1 ? 1 : i == 3 ? 3 : 2; }
 LIMAX_LAW constexpr int rim_direction(int axes, int spring) {
     const int first = axes & 1 ? 0 : axes & 2 ? 1 : 2;
     const int second = axes == 3 ? 1 : 2;
     const int diagonal = axes == 3 ? 3 : axes == 5 ? 5 : 7;
-    return spring == 0 ? first : spring == 1 ? second : diagonal + (spring - 2);
+    return spring == 0 ? second : spring == 1 ? first : diagonal + (3 - spring);
 }
 
 }  // namespace limax::cuda

@@ -117,7 +117,7 @@ __device__ inline void load_square(Set&& set, const site_grid& grid, const float
     const int first = square & -square;
     each_constant<rim_springs>([&](auto i) {
         constexpr parameter_place at = rim_place(i.value);
-        const int needed = i.value == 0 ? first : i.value == 1 ? square & ~first : square;
+        const int needed = i.value == 0 ? square & ~first : i.value == 1 ? first : square;
         const bool owned = (axes & needed) == needed;
         const int slot = rim_direction(square, i.value) * grid.count() + site +
                          (rim_near(i.value) ? grid.corner(first) : 0);
