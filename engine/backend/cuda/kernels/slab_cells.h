@@ -123,6 +123,7 @@ struct thread_cells {
         bool too_long = false;
 #pragma unroll
         for (int k = 0; k < cell_rounds; ++k) {
+            if (!has_slot(k)) continue;
             visit(
                 shared, k,
                 [&](const auto& set) {

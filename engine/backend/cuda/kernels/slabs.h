@@ -59,8 +59,8 @@ struct alignas(16) any_square {
 };
 // The place of a lane without a cell, which no mass has: what it reads and adds there is 0.
 __device__ inline int place_of_nobody(const cell_entry& cell) { return -1 - cell.site; }
-// Which of its multiprocessor's blocks this is, if the GPU has nothing else to do: they are assigned
-// to the multiprocessors in turn.
+// Which of its multiprocessor's blocks this is, if the GPU has nothing else to do: they are
+// assigned to the multiprocessors in turn.
 __device__ inline int block_of_multiprocessor() {
     unsigned multiprocessors;
     asm("mov.u32 %0, %%nsmid;" : "=r"(multiprocessors));

@@ -8,8 +8,8 @@
 //   LIMAX_PLACES                       all places of a block
 //   LIMAX_CLUSTER                      blocks of a robot
 //   LIMAX_CUBE_SLOTS, LIMAX_RIM_SLOTS  slots of cells
-//   LIMAX_MIXED                        1 where squares of different orientation share a slot, else
-//   0 LIMAX_THREADS, LIMAX_BLOCKS        threads of a block, blocks of a multiprocessor
+//   LIMAX_MIXED                        1 where squares of all orientations share slots, else 0
+//   LIMAX_THREADS, LIMAX_BLOCKS        threads of a block, blocks of a multiprocessor
 //   LIMAX_SHARED_BYTES                 dynamic shared memory of a block
 // SI units.
 #pragma once
