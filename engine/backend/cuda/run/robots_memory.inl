@@ -15,10 +15,10 @@ template <class R>
 void robots_on_gpu<R>::release() {
     awake_ = false;
     const auto free = [](auto&... memory) { ((memory = std::decay_t<decltype(memory)>()), ...); };
-    free(device_records_, device_running_, device_ranks_, device_cells_, mass_,
-         springs_, state_, exchange_, sums_, arrived_, faces_, after_, surface_, partners_,
-         listed_at_, moved_, solids_, solid_marks_, solid_touches_, solid_corners_, solid_after_,
-         heights_, device_summaries_);
+    free(device_records_, device_running_, device_ranks_, device_cells_, mass_, springs_, state_,
+         exchange_, sums_, arrived_, faces_, after_, surface_, partners_, listed_at_, moved_,
+         solids_, solid_marks_, solid_touches_, solid_corners_, solid_after_, heights_,
+         device_summaries_);
     for (device_memory<double>& samples : device_samples_) free(samples);
 }
 
