@@ -263,6 +263,8 @@ end
 ---@param are_trials boolean
 function Columns:settle(simulations, mask, are_trials)
   self:expect(#simulations, are_trials)
+  -- parents may have been in more trials
+  for k = #self.outcomes, #simulations + 1, -1 do self.outcomes[k] = nil end
   for k, simulation in ipairs(simulations) do outcome.copy(simulation, self.outcomes[k], mask) end
   for i = 1, self.count do
     if mask[i] then

@@ -102,6 +102,12 @@ suite:test("elites keep their scores in the same trials only", function(t)
   end
   history = finished { trials = changing, generations = 4 }
   t:equal({ history[2].evaluations, history[3].evaluations, history[4].evaluations }, { 4, 6, 4 })
+  local function fewer(generation)
+    return generation == 1 and { {} } or { {}, { position = { 0, 0, 0.01 } } }
+  end
+  history = finished { trials = fewer, fitness = function(robot) return #robot.trials end,
+    generations = 3 }
+  t:equal({ history[1].best, history[2].best, history[3].best }, { 2, 1, 2 })
 end)
 
 -- Heights and friction from the run's numbers.
