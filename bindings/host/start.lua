@@ -6,6 +6,10 @@
 local ffi = require "ffi"
 local host = require "limax.host"
 
+-- A run of many short generations compiles more traces than LuaJIT keeps by default; it would throw
+-- all away and begin again, time after time.
+jit.opt.start("maxtrace=8000", "maxmcode=32768", "sizemcode=256") -- traces, KB, KB
+
 -- ---- modules: limax's own, and Lua files along package.path, which is empty at first ------------
 
 -- Modules that users' scripts may name; other names may change.
