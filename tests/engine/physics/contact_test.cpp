@@ -113,20 +113,6 @@ TEST_CASE("a mass rests on top of a sphere and slides off its side") {
     CHECK(std::fabs(end.y) < 1e-12);
 }
 
-TEST_CASE("a mass falls past a box's side and rests on its top") {
-    for (const bool above : {true, false}) {
-        lone_mass body;
-        body.scene.effects({"gravity", "boxes", "ground"});
-        body.scene.set("boxes", "from", {0, 0, 0}).set("boxes", "to", {1, 1, 0.5});
-        body.scene.set("boxes", "damping_ratio", {1}).set("ground", "damping_ratio", {1});
-        body.put({above ? 0.9 : 1.1, 0.5, 0.6});
-        const effects::vector<double> end = body.end();
-        const double pressed = mass * g / stiffness;
-        CHECK(end.z == doctest::Approx((above ? 0.5 : 0.0) - pressed).epsilon(1e-6));
-        CHECK(end.x == (above ? 0.9 : 1.1));
-    }
-}
-
 TEST_CASE("instances that no mass can touch at the same time do not shorten the step") {
     const auto bound = [](const std::vector<double>& places) {
         stage body(lattice{1, 1, 1});

@@ -68,31 +68,6 @@ TEST_CASE_TEMPLATE("a terrain of one slope is a plane and continues at its borde
     CHECK(!(lost.depth > R(0)));
 }
 
-TEST_CASE("between heights the surface is bilinear and continuous") {
-    draws draw{99};
-    const scene rough = field_of(5, 6, {0, 0, 0}, [&](double, double) { return draw(); });
-    const auto p = params_of<double>(rough);
-    const effects::height_table table = rough.heights();
-    const auto height = [&](double x, double y) {
-        // from far below the depth over n_z is the height
-        const auto point = terrain::surface(p, effects::vector<double>{x, y, 0});
-        return point.depth / point.normal.z;
-    };
-    for (int i = 0; i < 5; ++i)
-        for (int j = 0; j < 6; ++j) {
-            CHECK(height(spacing * i, spacing * j) ==
-                  doctest::Approx(table.heights[i * 6 + j]).epsilon(1e-12));
-            if (i == 4 || j == 5) continue;
-            double mean = 0;
-            for (const int corner : {0, 1, 6, 7}) mean += 0.25 * table.heights[i * 6 + j + corner];
-            CHECK(height(spacing * (i + 0.5), spacing * (j + 0.5)) ==
-                  doctest::Approx(mean).epsilon(1e-12));
-        }
-    for (double x = 0; x < 1; x += 0.013)
-        for (int j = 1; j < 5; ++j)
-            CHECK(std::fabs(height(x, spacing * j - 1e-9) - height(x, spacing * j + 1e-9)) < 1e-7);
-}
-
 TEST_CASE("the stiffness of a terrain does not grow with its slope") {
     draws draw{99};
     for (const double steep : {0.0, 1.0, 5.0, 50.0}) {
