@@ -21,7 +21,8 @@ std::map<CUdeviceptr, std::size_t> blocks;  // bytes of each
 std::set<CUstream> busy;                    // with launches since they were waited for
 std::uintptr_t last_stream = 0;
 thread_local CUcontext current = nullptr;
-char something;  // other handles point here
+char something;       // other handles point here
+char prepare_kernel;  // "limax_prepare"
 
 // Addresses of the fake GPU are addresses of the host.
 void* bytes_at(CUdeviceptr address) {
@@ -195,13 +196,15 @@ CALL(cuModuleUnload, (CUmodule), --fake.modules)
 CUresult cuModuleGetFunction(CUfunction* function, CUmodule, const char* name) {
     BEGIN_IN_CONTEXT(cuModuleGetFunction);
     if (std::strcmp(name, "absent") == 0) return CUDA_ERROR_NOT_FOUND;
-    *function = reinterpret_cast<CUfunction>(&something);
+    const bool prepares = std::strcmp(name, "limax_prepare") == 0;
+    *function = reinterpret_cast<CUfunction>(prepares ? &prepare_kernel : &something);
     return CUDA_SUCCESS;
 }
 CALL(cuFuncGetAttribute, (int* value, CUfunction_attribute which, CUfunction),
      *value = 100 + int(which))
 CALL(cuFuncSetAttribute, (CUfunction, CUfunction_attribute, int), )
-CUresult cuLaunchKernelEx(const CUlaunchConfig* config, CUfunction, void** arguments, void**) {
+CUresult cuLaunchKernelEx(const CUlaunchConfig* config, CUfunction function, void** arguments,
+                          void**) {
     BEGIN_IN_CONTEXT(cuLaunchKernelEx);
     ++fake.launches;
     busy.insert(config->hStream);
@@ -218,6 +221,8 @@ CUresult cuLaunchKernelEx(const CUlaunchConfig* config, CUfunction, void** argum
             fake.cooperative = attribute.value.cooperative != 0;
     }
     std::memcpy(&fake.argument, arguments[0], sizeof fake.argument);
+    if (fake.prepare && function == reinterpret_cast<CUfunction>(&prepare_kernel))
+        fake.prepare(arguments[0], config->gridDimX);
     return CUDA_SUCCESS;
 }
 CALL(cuOccupancyMaxActiveBlocksPerMultiprocessor, (int* count, CUfunction, int, std::size_t),

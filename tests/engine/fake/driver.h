@@ -17,6 +17,8 @@ struct fake_driver {
     // The next call of the function of this (plain) name answers `result`; null for none.
     const char* failing = nullptr;
     int result = 0;
+    // Takes the place of the kernel "limax_prepare"; null for none.
+    void (*prepare)(const void* argument, unsigned blocks) = nullptr;
     // PTX and binaries that begin with these bytes do not load; null for none.
     const char* refused_image = nullptr;
 

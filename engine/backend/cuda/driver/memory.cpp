@@ -55,54 +55,14 @@ context::~context() {
         (void)driver_.primary_ctx_release(device);
 }
 
-context::work::work(const context& context) : context_(context) {
-    const std::lock_guard lock(context.mutex_);
-    ++context.works_;
-}
-
-context::work::~work() {
-    {
-        const std::lock_guard lock(context_.mutex_);
-        if (--context_.works_ > 0) return;
-    }
-    context_.free_kept();
-}
-
-bool context::keep(CUdeviceptr memory, std::size_t bytes) const {
-    const std::lock_guard lock(mutex_);
-    // not without end, where what is made next never fits
-    if (works_ == 0 || bytes_kept_ + bytes > 2 * bytes_held_) return false;
-    kept_.emplace(bytes, memory);
-    bytes_kept_ += bytes;
-    return true;
-}
-
-bool context::keep(void* memory, std::size_t bytes) const {
-    const std::lock_guard lock(mutex_);
-    if (works_ > 0) kept_on_host_.emplace(bytes, memory);
-    return works_ > 0;
-}
-
-template <class Handle>
-std::pair<std::size_t, Handle> context::take(kept_blocks<Handle>& kept, std::size_t bytes) const {
-    const std::lock_guard lock(mutex_);
-    const auto found = kept.lower_bound(bytes);
-    if (found == kept.end() || found->first > bytes + bytes / 8) return {};
-    if constexpr (std::is_same_v<Handle, CUdeviceptr>) bytes_kept_ -= found->first;
-    const std::pair<std::size_t, Handle> block = *found;
-    kept.erase(found);
-    return block;
-}
-
-// Waits for all work of the GPU.
 void context::free_kept() const {
-    kept_blocks<CUdeviceptr> blocks;
-    kept_blocks<void*> on_host;
+    std::multimap<std::size_t, CUdeviceptr> blocks;
+    std::multimap<std::size_t, void*> on_host;
     {
         const std::lock_guard lock(mutex_);
-        blocks.swap(kept_);
-        on_host.swap(kept_on_host_);
-        bytes_kept_ = 0;
+        blocks.swap(on_gpu_.kept);
+        on_host.swap(on_host_.kept);
+        on_gpu_.bytes_kept = on_host_.bytes_kept = 0;
     }
     if (blocks.empty() && on_host.empty()) return;
     try {
@@ -172,15 +132,6 @@ device_block::device_block(const context& context, std::size_t bytes, const std:
     : owned(context) {
     if (bytes == 0) return;
     const auto here = context.current();
-    std::tie(allocated_, handle_) = context.take(context.kept_, bytes);
-    if (handle_) {
-        bytes_ = bytes;
-        count(int64_t(bytes));
-        return;
-    }
-    const double held = double(context.bytes_held_);
-    if (held + double(context.bytes_kept_) + double(bytes) > context.memory_limit_)
-        context.free_kept();
     const auto out_of_memory = [&](const std::string& limit) {
         throw cuda_error(LIMAX_OUT_OF_MEMORY,
                          format("CUDA: out of memory: %s: %.3g GB were needed; %s", what.c_str(),
@@ -188,20 +139,29 @@ device_block::device_block(const context& context, std::size_t bytes, const std:
                          CUDA_ERROR_OUT_OF_MEMORY);
     };
     const std::string gpu = title(context.device());
+    const double held = double(context.bytes_held());
     if (held + double(bytes) > context.memory_limit_)
         out_of_memory(format("LIMAX_CUDA_MEMORY allows %.3g GB of %s, of which %.3g GB are taken",
                              context.memory_limit_ / 1e9, gpu.c_str(), held / 1e9));
-    CUresult result = api().mem_alloc(&handle_, bytes);
-    if (result == CUDA_ERROR_OUT_OF_MEMORY && context.bytes_kept_ > 0) {
-        context.free_kept();
-        result = api().mem_alloc(&handle_, bytes);
+    std::tie(allocated_, handle_) = context.take<CUdeviceptr>(bytes);
+    if (!handle_) {
+        allocated_ = context::with_room(bytes);
+        const auto allocate = [&] { return api().mem_alloc(&handle_, allocated_); };
+        CUresult result = CUDA_ERROR_OUT_OF_MEMORY;
+        if (held + double(context.bytes_kept()) + double(allocated_) <= context.memory_limit_)
+            result = allocate();
+        if (result == CUDA_ERROR_OUT_OF_MEMORY) {
+            context.free_kept();
+            allocated_ = bytes;
+            result = allocate();
+        }
+        if (result == CUDA_ERROR_OUT_OF_MEMORY)
+            out_of_memory(format("%s has %.3g GB, of which %.3g GB are free", gpu.c_str(),
+                                 double(context.device().memory) / 1e9,
+                                 double(context.free_memory()) / 1e9));
+        api().check(result, "cuMemAlloc", "making room for " + what);
     }
-    if (result == CUDA_ERROR_OUT_OF_MEMORY)
-        out_of_memory(format("%s has %.3g GB, of which %.3g GB are free", gpu.c_str(),
-                             double(context.device().memory) / 1e9,
-                             double(context.free_memory()) / 1e9));
-    api().check(result, "cuMemAlloc", "making room for " + what);
-    bytes_ = allocated_ = bytes;
+    bytes_ = bytes;
     count(int64_t(bytes));
 }
 
@@ -251,9 +211,9 @@ pinned_block::pinned_block(const context& context, std::size_t bytes, const std:
     : owned(context) {
     if (bytes == 0) return;
     const auto here = context.current();
-    std::tie(allocated_, handle_) = context.take(context.kept_on_host_, bytes);
-    if (!handle_) allocated_ = bytes;
-    const CUresult result = handle_ ? CUDA_SUCCESS : api().mem_alloc_host(&handle_, bytes);
+    std::tie(allocated_, handle_) = context.take<void*>(bytes);
+    if (!handle_) allocated_ = context::with_room(bytes);
+    const CUresult result = handle_ ? CUDA_SUCCESS : api().mem_alloc_host(&handle_, allocated_);
     if (result == CUDA_ERROR_OUT_OF_MEMORY)
         throw cuda_error(
             LIMAX_OUT_OF_MEMORY,

@@ -5,6 +5,7 @@
 // context current on the calling thread while it works.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <map>
 #include <mutex>
@@ -29,7 +30,10 @@ public:
 
     const driver& api() const { return driver_; }
     const gpu& device() const { return gpu_; }
-    uint64_t bytes_held() const { return bytes_held_.load(); }
+    uint64_t bytes_held() const {
+        const std::lock_guard lock(mutex_);
+        return on_gpu_.bytes_held;
+    }
     // What the driver would give now, other processes considered; bytes.
     std::size_t free_memory() const;
 
@@ -47,17 +51,13 @@ public:
     };
     [[nodiscard]] scope current() const { return scope(*this); }
 
-    // Work that was sent to the GPU and is not waited for yet. Freeing memory would wait for it: so
-    // memory that ends meanwhile is kept for what is made next. Nothing may use it any longer.
-    class work {
-    public:
-        explicit work(const context& context);
-        work(const work&) = delete;
-        ~work();
-
-    private:
-        const context& context_;
-    };
+    // Memory of ended owners that is kept for what is made next.
+    uint64_t bytes_kept() const {
+        const std::lock_guard lock(mutex_);
+        return on_gpu_.bytes_kept;
+    }
+    // Frees the memory that is kept for what is made next. Waits for all work of the GPU.
+    void free_kept() const;
 
 private:
     template <class Handle, auto destroy>
@@ -65,31 +65,65 @@ private:
     friend class device_block;
     friend class pinned_block;
 
-    template <class Handle>
-    using kept_blocks = std::multimap<std::size_t, Handle>;  // by their bytes
-
-    // Keeps memory that ends; false if it is to be freed.
-    bool keep(CUdeviceptr memory, std::size_t bytes) const;
-    bool keep(void* memory, std::size_t bytes) const;
-    template <class Other>
-    bool keep(Other* /*not memory*/, std::size_t /*bytes*/) const {
-        return false;
+    // Bytes to allocate: the next generation differs a little in its number of valid robots.
+    static std::size_t with_room(std::size_t bytes) {
+        return bytes < 65536 ? bytes : bytes + bytes / 16;
     }
-    // Takes kept memory of about this size; 0 and null if there is none.
+    // Memory of one kind. What ends is kept for what is made next, since making it takes long and
+    // freeing it waits for the GPU: at most twice what was held at once, but always a little.
+    static constexpr uint64_t always_kept = 256000000;
     template <class Handle>
-    std::pair<std::size_t, Handle> take(kept_blocks<Handle>& kept, std::size_t bytes) const;
-    void free_kept() const;
+    struct memory_of_kind {
+        std::multimap<std::size_t, Handle> kept;  // by their bytes
+        uint64_t bytes_kept = 0, bytes_held = 0, most_held = 0;
+
+        void count(int64_t bytes) {
+            bytes_held += uint64_t(bytes);
+            most_held = std::max(most_held, bytes_held);
+        }
+        // False if it is to be freed.
+        bool keep(Handle memory, std::size_t bytes) {
+            if (bytes_kept + bytes > std::max(2 * most_held, always_kept)) return false;
+            kept.emplace(bytes, memory);
+            bytes_kept += bytes;
+            return true;
+        }
+        // Takes a block of this size or up to twice as large; 0 and null if there is none.
+        std::pair<std::size_t, Handle> take(std::size_t bytes) {
+            const auto found = kept.lower_bound(bytes);
+            if (found == kept.end() || found->first > 2 * bytes) return {};
+            const std::pair<std::size_t, Handle> block = *found;
+            bytes_kept -= block.first;
+            kept.erase(found);
+            return block;
+        }
+    };
+    memory_of_kind<CUdeviceptr>& memory_of(CUdeviceptr /*kind*/) const { return on_gpu_; }
+    memory_of_kind<void*>& memory_of(void* /*kind*/) const { return on_host_; }
+
+    template <class Handle>
+    void count(Handle memory, int64_t bytes) const {
+        const std::lock_guard lock(mutex_);
+        memory_of(memory).count(bytes);
+    }
+    template <class Handle>
+    bool keep(Handle memory, std::size_t bytes) const {
+        const std::lock_guard lock(mutex_);
+        return memory_of(memory).keep(memory, bytes);
+    }
+    template <class Handle>
+    std::pair<std::size_t, Handle> take(std::size_t bytes) const {
+        const std::lock_guard lock(mutex_);
+        return memory_of(Handle{}).take(bytes);
+    }
 
     const driver& driver_;
     const gpu gpu_;
     const double memory_limit_;  // bytes, infinite where LIMAX_CUDA_MEMORY is unset
     CUcontext handle_ = nullptr;
-    mutable std::atomic<uint64_t> bytes_held_{0};
     mutable std::mutex mutex_;  // guards what follows
-    mutable int works_ = 0;
-    mutable kept_blocks<CUdeviceptr> kept_;
-    mutable kept_blocks<void*> kept_on_host_;
-    mutable std::atomic<uint64_t> bytes_kept_{0};  // of the GPU
+    mutable memory_of_kind<CUdeviceptr> on_gpu_;
+    mutable memory_of_kind<void*> on_host_;  // pinned
 };
 
 // Something that the driver made in a context and that `destroy`, a function of the driver, ends.
@@ -111,8 +145,11 @@ public:
     // where it occurred.
     ~owned() {
         if (!handle_) return;
-        if (!context_->keep(handle_, allocated_)) end();
-        count(-int64_t(bytes_));
+        if constexpr (is_memory) {
+            count(-int64_t(bytes_));
+            if (context_->keep(handle_, allocated_)) return;
+        }
+        end();
     }
 
     Handle handle() const { return handle_; }
@@ -129,13 +166,11 @@ protected:
     const driver& api() const { return context_->api(); }
     // Counts memory: that of a GPU by its address, else that of the host.
     void count(int64_t bytes) const {
-        if constexpr (std::is_same_v<Handle, CUdeviceptr>) {
-            context_->bytes_held_ += uint64_t(bytes);
-            gpu_bytes_held() += uint64_t(bytes);
-        } else {
-            limax::bytes_held() += uint64_t(bytes);
-        }
+        context_->count(handle_, bytes);
+        (on_gpu ? gpu_bytes_held() : limax::bytes_held()) += uint64_t(bytes);
     }
+    static constexpr bool on_gpu = std::is_same_v<Handle, CUdeviceptr>;
+    static constexpr bool is_memory = on_gpu || std::is_same_v<Handle, void*>;
 
     const context* context_ = nullptr;
     Handle handle_{};

@@ -153,7 +153,6 @@ private:
     array<double> samples_[LIMAX_TRACE_KINDS];      // what device_samples_ held last
     bool fetched_[LIMAX_TRACE_KINDS] = {};
     int64_t slice_ = 0;                  // steps that were sent to the GPU and not collected
-    std::optional<context::work> sent_;  // while there are some
     double seconds_per_step_ = 0;        // of all running robots
 };
 

@@ -7,7 +7,6 @@ void robots_on_gpu<R>::wait() noexcept {
         stream_.synchronize("ending robots");
     } catch (const cuda_error&) {
     }
-    sent_.reset();
 }
 
 // Frees all GPU memory.

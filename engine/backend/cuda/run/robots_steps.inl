@@ -99,7 +99,6 @@ void robots_on_gpu<R>::launch_steps(step_launch<R> launch, const measure_launch<
 template <class R>
 void robots_on_gpu<R>::enqueue_slice(int64_t most) {
     slice_ = most;
-    sent_.emplace(gpu_);
     device_running_.upload(running_.data(), running_.size(), stream_);
     step_launch<R> launch = scene_.template step_arguments<R>();
     launch.records = device_records_.data();
@@ -148,7 +147,6 @@ void robots_on_gpu<R>::collect_slice() {
     team_->note_step_time(setup_.grid, running_.size(), seconds_per_step_);
     std::fill(std::begin(fetched_), std::end(fetched_), false);
     take_records();
-    sent_.reset();
 }
 
 // Brings the outcomes up to date.

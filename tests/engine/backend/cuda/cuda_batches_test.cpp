@@ -1,6 +1,6 @@
 // cuda_batches_test.cpp: robots that do not fit on a GPU at once are processed in batches, and
-// several GPUs share robots. With the fake driver (fake/driver.cpp), whose kernels do nothing, so
-// that robots stay where they are placed.
+// several GPUs share robots. With the fake driver (fake/driver.cpp), whose kernels do next to
+// nothing, so that robots stay where they are placed.
 #include <algorithm>
 #include <memory>
 #include <numeric>
@@ -23,10 +23,17 @@ constexpr int robots = 8;
 // numbers of 4 bytes for each site, and its part of what all share.
 constexpr std::size_t least_of_robot = std::size_t(sites) * (4 * 13 + 17) * 4;
 
+// Every site has a mass. The rest stays as it is in memory that was used before.
+void prepare(const void* argument, unsigned blocks) {
+    const auto& launch = *static_cast<const cuda::prepare_launch<float>*>(argument);
+    std::fill_n(launch.ranks, blocks * std::size_t(sites), 0);
+}
+
 // Robots on fake GPUs, whose driver accepts every kernel.
 struct fake_gpus {
     explicit fake_gpus(std::size_t memory, int gpus = 1)
-        : origins("LIMAX_KERNELS"), machine(fake_driver{.gpus = gpus, .memory = memory}) {
+        : origins("LIMAX_KERNELS"),
+          machine(fake_driver{.gpus = gpus, .memory = memory, .prepare = prepare}) {
         origins.set("ahead-of-time,compiled");
         team = std::make_shared<cuda::gpu_team>(*machine.api);
     }
@@ -135,13 +142,14 @@ TEST_CASE("a robot that was refused at any allocation runs once when there is ro
             simulation_setup setup = on.setup();
             setup.options.record[LIMAX_TRACE_CENTER_OF_MASS] = 50;
             const auto some = on.make(std::move(setup), {4});
+            on.team->places().front()->gpu.free_kept();
             on.machine.fake->allocations_left = refused;
             try {
                 some->describe();
                 woken = true;
             } catch (const error& problem) {
                 CHECK(problem.status() == LIMAX_OUT_OF_MEMORY);
-                CHECK(on.machine.fake->held == 0);
+                CHECK(cuda::gpu_bytes_held() == 0);
             }
             on.machine.fake->allocations_left = -1;
             some->advance(0, 1);
@@ -160,7 +168,7 @@ TEST_CASE("a robot that no GPU has room for is refused, and nothing is lost") {
         const auto some = on.make(on.setup(), {0, 3, 5});
         const std::string text = failure(LIMAX_OUT_OF_MEMORY, [&] { some->describe(); });
         CHECK(text.find("of 1 robots: ") != std::string::npos);
-        CHECK(on.machine.fake->held == 0);
+        CHECK(cuda::gpu_bytes_held() == 0);
     }
     on.check_given_back();
 }
