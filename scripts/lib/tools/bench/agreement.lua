@@ -109,6 +109,7 @@ end
 --- Stores hashes of a GPU model.
 function agreement.store_hashes(model, found, folder)
   local path = path_of(model, folder)
+  assert(host.file.mkdir(path:match "^(.*)/"))
   source.write(path, host.json.encode({ schema = "limax.bench_hashes/1", gpu = model,
     version = host.version, hashes = found }, { indent = 2 }) .. "\n")
   return path
