@@ -46,7 +46,7 @@ typedef enum limax_status {
 } limax_status;
 
 enum {
-    LIMAX_ABI = 8, /* raised whenever a declaration of this file changes */
+    LIMAX_ABI = 9, /* raised whenever a declaration of this file changes */
     LIMAX_MAX_MATERIALS = 16,
     LIMAX_MAX_HIDDEN = 8
 };
@@ -242,7 +242,7 @@ limax_status limax_population_text(const limax_population* population, int32_t f
  * robots.
  */
 limax_status limax_population_initialize(limax_population* population, uint32_t generation,
-                                         int32_t first, int32_t count);
+                                         limax_device* device, int32_t first, int32_t count);
 /* Genomes to bodies: network, argmax, sigmoids, validity. With largest_part only the largest
  * face-connected component stays. Refuses genomes of LIMAX_NETWORK_NONE. */
 limax_status limax_population_express(limax_population* population,

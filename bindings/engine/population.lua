@@ -131,13 +131,15 @@ end
 ---@param first integer|nil
 ---@param count integer|nil
 ---@param generation integer|nil of the robots; 0, the first, if left out
-function methods:initialize(first, count, generation)
+---@param on? limax.device the CPU if left out
+function methods:initialize(first, count, generation, on)
   local what = "population:initialize"
   local handle = coded(self, what)
   generation = schema.demand(generation_rule, generation, what .. ": generation")
+  local target = device.handle(what, on)
   object.end_views(self.life, "its population was initialized")
   in_ranges(what, self.count, first, count, function(at, robots)
-    return C.limax_population_initialize(handle, generation, at, robots)
+    return C.limax_population_initialize(handle, generation, target, at, robots)
   end)
 end
 

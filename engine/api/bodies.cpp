@@ -147,12 +147,11 @@ limax_status limax_population_text(const limax_population* population, int32_t f
     });
 }
 limax_status limax_population_initialize(limax_population* population, uint32_t generation,
-                                         int32_t first, int32_t count) {
+                                         limax_device* device, int32_t first, int32_t count) {
     return change(population, "population", [&] {
-        const limax::parallel_for in_order = [](int n, const std::function<void(int)>& work) {
-            for (int i = 0; i < n; ++i) work(i);
-        };
-        population->it.initialize(generation, first, count, in_order);
+        require("device", device);
+        settle(population->it, *device->it);
+        population->it.initialize(generation, first, count, device->it->each());
     });
 }
 limax_status limax_population_express(limax_population* population,

@@ -149,7 +149,7 @@ function methods:initialize(rows)
   if self.parts.express then engine.fail("robots:initialize: " .. batch.GENES_ONLY) end
   end_views(self)
   each_run(self, "initialize", rows, function(first, count)
-    self.parts.population:initialize(first, count, self.generation)
+    self.parts.population:initialize(first, count, self.generation, self.parts.device)
   end)
 end
 

@@ -152,8 +152,8 @@ private:
     std::vector<schedule> plans_;                   // [robot]
     array<double> samples_[LIMAX_TRACE_KINDS];      // what device_samples_ held last
     bool fetched_[LIMAX_TRACE_KINDS] = {};
-    int64_t slice_ = 0;                  // steps that were sent to the GPU and not collected
-    double seconds_per_step_ = 0;        // of all running robots
+    int64_t slice_ = 0;            // steps that were sent to the GPU and not collected
+    double seconds_per_step_ = 0;  // of all running robots
 };
 
 template <class R>

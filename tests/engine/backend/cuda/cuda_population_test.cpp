@@ -2,6 +2,7 @@
 // every architecture; where there is a GPU, everything comes out with the bits of the CPU.
 #include <doctest/doctest.h>
 
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <memory>
@@ -214,8 +215,12 @@ TEST_CASE("generations on the GPU equal those on the CPU bit for bit") {
         std::vector<int32_t> everyone = limax::test::everyone(count), half;
         for (int32_t i = count - 1; i >= count / 2; --i) half.push_back(i);
 
-        for (limax_population* robots : {one.cpu.get(), one.gpu.get()}) {
-            require_done(limax_population_initialize(robots, 0, 0, count));
+        const auto on_both = [&](const pair_of_populations& both) {
+            return std::array{std::pair{both.cpu.get(), cpu.get()},
+                              std::pair{both.gpu.get(), gpu.get()}};
+        };
+        for (const auto& [robots, device] : on_both(one)) {
+            require_done(limax_population_initialize(robots, 0, device, 0, count));
             poison(robots, one.genes, count, example.materials + 3);
         }
         const pair_of_populations *now = &one, *next = &other;
@@ -225,8 +230,7 @@ TEST_CASE("generations on the GPU equal those on the CPU bit for bit") {
             const int32_t cut = generation == 2 ? count / 3 : 0;
             // all parts the last time
             const int32_t largest_part = generation < 3;
-            for (const auto& [robots, device] :
-                 {std::pair{now->cpu.get(), cpu.get()}, std::pair{now->gpu.get(), gpu.get()}})
+            for (const auto& [robots, device] : on_both(*now))
                 for (const auto& [first, end] : {std::pair{0, cut}, std::pair{cut, count}})
                     make_bodies(example, robots, materials.get(), largest_part, device, first,
                                 end - first);
@@ -251,9 +255,9 @@ TEST_CASE("generations on the GPU equal those on the CPU bit for bit") {
             now->check_diversity(half);
             std::swap(now, next);
         }
-        // first genomes of some robots, drawn on the device of the population
-        for (limax_population* robots : {now->cpu.get(), now->gpu.get()})
-            require_done(limax_population_initialize(robots, 7, 1, (count + 1) / 2 - 1));
+        // first genomes of some robots
+        for (const auto& [robots, device] : on_both(*now))
+            require_done(limax_population_initialize(robots, 7, device, 1, (count + 1) / 2 - 1));
         now->check_genomes();
         // and back to the CPU
         for (limax_population* robots : {now->cpu.get(), now->gpu.get()})
@@ -281,7 +285,7 @@ TEST_CASE("device-resident bodies simulate like uploaded ones and stay on the GP
     for (const bool sent : {false, true}) {
         const auto robots = made<limax_population>(limax_population_create, example.lattice,
                                                    example.count, code.get());
-        require_done(limax_population_initialize(robots.get(), 0, 0, example.count));
+        require_done(limax_population_initialize(robots.get(), 0, gpu.get(), 0, example.count));
         require_done(limax_population_express(robots.get(), materials.get(), 0, 1, gpu.get(), 0,
                                               example.count));
         if (sent) REQUIRE(limax_population_voxels(robots.get()) != nullptr);
@@ -289,7 +293,7 @@ TEST_CASE("device-resident bodies simulate like uploaded ones and stay on the GP
             made<limax_simulation>(limax_simulation_create, robots.get(), materials.get(),
                                    land.get(), &how, nullptr, gpu.get());
         // the population goes on before the first step, and ends
-        require_done(limax_population_initialize(robots.get(), 0, 2, 3));
+        require_done(limax_population_initialize(robots.get(), 0, gpu.get(), 2, 3));
         require_done(
             limax_population_express(robots.get(), materials.get(), 0, 1, gpu.get(), 2, 3));
         std::fill_n(limax_population_genomes(robots.get()), limax_encoding_genes(code.get()), 0.0f);
