@@ -15,6 +15,7 @@ local resume = require "limax.run.resume"
 local run_folder = require "limax.run.run_folder"
 local script = require "limax.base.script"
 local shell = require "limax.base.shell"
+local step_check = require "limax.evolution.step_check"
 local tally = require "limax.tools.console.tally"
 local terminal = require "limax.base.terminal"
 local tiers = require "limax.settings.tiers"
@@ -196,6 +197,13 @@ local function show_end(session, device)
     "Run folder: ", session.folder.path, "\n")
 end
 
+-- Once per run, where masses stick and slip: whether the time step is short enough.
+local function check_step(session, config, entry)
+  if session.step_checked or entry.generation > 0 or not config.scene.friction then return end
+  session.step_checked = true
+  step_check.warn(entry.population)
+end
+
 local function execute(session, experiment, arguments)
   local changes = changes_of(arguments)
   if arguments.resume then
@@ -231,6 +239,7 @@ local function execute(session, experiment, arguments)
       session.tally:add(entry)
       session.tally:add_times(seconds)
       session.progress:generation(entry, seconds)
+      check_step(session, config, entry)
     end }
   -- everything that the engine may refuse is tried before a folder is made
   local first_run = or_refuse(2, evolve.start, experiment, options)

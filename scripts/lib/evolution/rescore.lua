@@ -51,15 +51,17 @@ end
 
 --- Scores robots of an expressed population under another setting, by the experiment's fitness.
 ---@param robots limax.population.scored
----@param setting table see rescore.options
+---@param setting table|fun(simulation: table): table see rescore.options; a function gives that of
+--- each trial's `simulation`
 ---@param which integer[]|nil indices; every robot if left out
 ---@return limax.rescored
 function rescore.population(robots, setting, which)
   local world, mask = robots.world, {}
   local options = {}
   for k, trial in ipairs(robots.trials) do
+    local own = type(setting) == "function" and setting(trial.simulation) or setting
     options[k] = rescore.options({ simulation = trial.simulation,
-      record = trial.options.record }, setting, 2)
+      record = trial.options.record }, own, 2)
   end
   for i = 1, #robots do mask[i] = which == nil end
   for k, i in ipairs(which or {}) do
