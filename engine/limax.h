@@ -361,7 +361,7 @@ typedef struct limax_simulation limax_simulation;
 typedef enum limax_integrator {
     LIMAX_SYMPLECTIC_EULER = 0,
     LIMAX_LEAPFROG = 1,
-    LIMAX_RK4 = 2, /* classical Runge-Kutta; on the CPU, for scenes without contact and impulses */
+    LIMAX_RK4 = 2, /* classical Runge-Kutta; on the CPU, for smooth scenes */
     LIMAX_XPBD = 3 /* springs and contacts one by one, each implicit; first order; on the CPU */
 } limax_integrator;
 

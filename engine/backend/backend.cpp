@@ -28,14 +28,14 @@ void require_choice(const char* name, int value, int count) {
              format("%s is %d; it must be 0 to %d", name, value, count - 1));
 }
 
-// RK4 has its order for smooth forces only, and cannot apply impulses.
+// RK4 has its order for smooth forces only, and cannot apply the impulses of drag and friction.
 void require_smooth(const scene& scene) {
     std::string rough;
     effects::for_each([&]<class E>(E) {
         if (scene.has(effects::index_of<E>) &&
             (effects::is_contact<E> ||
-             (E::hooks & (effects::hook_impulse | effects::hook_face | effects::hook_slip |
-                          effects::hook_meet | effects::hook_solid))))
+             (E::hooks & (effects::hook_face | effects::hook_slip | effects::hook_meet |
+                          effects::hook_solid))))
             rough += (rough.empty() ? "" : " and ") + std::string(E::name);
     });
     if (!rough.empty())

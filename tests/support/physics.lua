@@ -51,9 +51,10 @@ end
 
 -- The forces that are neither of springs nor of contacts.
 local function other_forces(world, x, p)
-  local gravity = world.scene.gravity
+  local gravity, wind = world.scene.gravity, world.scene.wind
   local f = each(#x, function(i)
-    return times(world.masses[i].m, gravity and gravity.acceleration or { 0, 0, 0 })
+    local fall = times(world.masses[i].m, gravity and gravity.acceleration or { 0, 0, 0 })
+    return wind and plus(fall, wind.drag, minus(wind.velocity, p[i])) or fall
   end)
   if world.scene.self_collision then add_self_collision(world, f, x, p) end
   return f
@@ -73,14 +74,6 @@ local function forces(world, x, p, t)
 end
 
 -- ---- impulses -----------------------------------------------------------------------------------
-
-local function blow(world, w, h)
-  local wind = world.scene.wind
-  for i, mass in ipairs(wind and world.masses or {}) do
-    local share = wind.drag * h * mass.inverse
-    w[i] = plus(w[i], share / (1 + share), minus(wind.velocity, w[i]))
-  end
-end
 
 -- The impulse of the fluid on one face over h.
 local function drag_on(drag, corners, x, p, w, h)
@@ -133,7 +126,6 @@ function steps.leapfrog(world, state, n, t, dt, euler)
   local f, solid, friction = forces(world, x, p, t), world.block, world.scene.friction
   if solid then block.forces(solid, world, f, x, p) end
   local w = kicked(world, u, f, h)
-  blow(world, w, h)
   add_drag(world, x, p, w, h)
   if solid then block.kick(solid, h) end
   if solid and friction then block.rub(solid, friction, solid.masses, u, w, h) end
@@ -194,7 +186,6 @@ function steps.xpbd(world, state, _, t, dt)
   local x, u = state.x, state.u
   local w = kicked(world, u, other_forces(world, x, u), dt)
   sweep(world, x, w, t < 0 and t or t + dt, dt)
-  blow(world, w, dt)
   add_drag(world, x, u, w, dt)
   for _, contact in ipairs(world.contacts) do
     for i, mass in ipairs(world.masses) do

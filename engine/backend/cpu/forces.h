@@ -176,9 +176,6 @@ public:
         const mass_passes<S>& passes = mass_passes_of<S>(passes_);
         if (ledger_) ledger_->forget_impulses();
         for (const active_effect& active : active_)
-            if (const auto impulse = passes.impulse[active.index])
-                recorded(masses, active.index, h, [&] { impulse(masses, active.params, h); });
-        for (const active_effect& active : active_)
             if (const auto face = passes.face[active.index])
                 recorded(masses, active.index, h, [&] { face(masses, active.params, h); });
     }

@@ -107,10 +107,10 @@ struct site_range {
 // sites beyond which no mass touches, if the effect is a contact.
 template <class S>
 using node_pass = site_range (*)(const mass_arrays<S>&, const void* params);
-// Changes next_velocity by one effect's impulses over h, on masses or on exposed faces, or by the
+// Changes next_velocity by one effect's impulses over h on exposed faces, or by the
 // friction of one contact on the masses that touch it.
 template <class S>
-using impulse_pass = void (*)(const mass_arrays<S>&, const void* params, S h);
+using face_pass = void (*)(const mass_arrays<S>&, const void* params, S h);
 template <class S>
 using slip_pass = void (*)(const mass_arrays<S>&, site_range touching, const void* contact,
                            const void* friction, S h);
@@ -182,8 +182,7 @@ struct mass_passes {
     slip_pass<S> slip[effects::all::count];    // null where the effect is no contact
     press_pass<S> press[effects::all::count];  // likewise
     slip_pass<S> pressed_slip[effects::all::count];
-    impulse_pass<S> impulse[effects::all::count];  // null where the effect has no such hook
-    impulse_pass<S> face[effects::all::count];     // likewise
+    face_pass<S> face[effects::all::count];  // null where the effect has no such hook
     scripted_pass<S> scripted;
     kick_pass<S> kick[2];            // [compensated]
     drift_pass<S> drift[2][2];       // [compensated][predicted]

@@ -137,21 +137,6 @@ void scripted_force(const mass_arrays<R>& shared, const scripted_law<R>& law) {
     }
 }
 
-template <class R, class E>
-void impulse(const mass_arrays<R>& shared, const void* block, R h) {
-    const auto params = *static_cast<const typename E::template params<R>*>(block);
-    const mass_arrays<R> robot = shared;
-    R *wx = robot.next_velocity[0], *wy = robot.next_velocity[1], *wz = robot.next_velocity[2];
-    LIMAX_LOOP
-    for (int64_t i = 0; i < robot.count; ++i) {
-        const vector<R> after =
-            E::impulse(params, node_at(robot, i), vector<R>{wx[i], wy[i], wz[i]}, h);
-        wx[i] = after.x;
-        wy[i] = after.y;
-        wz[i] = after.z;
-    }
-}
-
 // Of four columns that begin at the corners of the faces across one axis, the mean.
 template <class R>
 LIMAX_LAW R mean_of_corners(const R* column, int64_t i, int64_t a, int64_t b) {
@@ -321,7 +306,6 @@ constexpr mass_passes<R> make_mass_passes() {
             passes.press[index_of<E>] = press<R, E>;
             passes.pressed_slip[index_of<E>] = pressed_slip<R, E>;
         }
-        if constexpr (E::hooks & hook_impulse) passes.impulse[index_of<E>] = impulse<R, E>;
         if constexpr (E::hooks & hook_face) passes.face[index_of<E>] = face<R, E>;
     });
     passes.scripted = scripted_force<R>;

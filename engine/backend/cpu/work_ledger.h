@@ -39,8 +39,7 @@ public:
     void add_impulse_powers(const mass_arrays<S>& masses, powers& now) const {
         effects::for_each([&]<class E>(E) {
             const std::vector<double>& force = impulse_[effects::index_of<E>];
-            constexpr unsigned kicks =
-                effects::hook_impulse | effects::hook_face | effects::hook_slip;
+            constexpr unsigned kicks = effects::hook_face | effects::hook_slip;
             if (!(E::hooks & kicks) || force.empty()) return;
             each([&](std::size_t k, int axis, int32_t site) {
                 const double before = masses.velocity[axis][site],

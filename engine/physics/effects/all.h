@@ -45,8 +45,8 @@ inline constexpr unsigned bit = 1u << index_of<E>;
 
 // Whether an effect has laws on masses, and so parameters for them.
 template <class E>
-inline constexpr bool acts_on_masses = (E::hooks & (hook_node | hook_contact | hook_slip |
-                                                    hook_impulse | hook_face)) != 0;
+inline constexpr bool acts_on_masses = (E::hooks &
+                                        (hook_node | hook_contact | hook_slip | hook_face)) != 0;
 
 // Whether an effect reads a scene's table of heights.
 template <class E>
@@ -129,9 +129,6 @@ constexpr bool hooks_match() {
         E::slip(E::template make<float>(nullptr, nullptr), up{}, 0.0f, 0.0f, v, v, 0.0f);
         E::slip(E::template make<float>(nullptr, nullptr), v, 0.0f, 0.0f, v, v, 0.0f);
     };
-    constexpr bool has_impulse = requires(node_state<float> s, vector<float> v) {
-        E::impulse(E::template make<float>(nullptr, nullptr), s, v, 0.0f);
-    };
     constexpr bool has_face = requires(face_state<float> s) {
         E::face(E::template make<float>(nullptr, nullptr), s, 0.0f);
     };
@@ -152,10 +149,10 @@ constexpr bool hooks_match() {
         E::parts(E::template make<float>(nullptr, nullptr), 0.0f, 0.0f, 0.0f);
     };
     constexpr unsigned found = has_rest * hook_rest | has_pair * hook_pair | has_node * hook_node |
-                               has_impulse * hook_impulse | has_energy * hook_energy |
-                               has_bound * hook_bound | has_contact * hook_contact |
-                               has_slip * hook_slip | has_hold * hook_hold | has_face * hook_face |
-                               has_meet * hook_meet | has_solid * hook_solid;
+                               has_energy * hook_energy | has_bound * hook_bound |
+                               has_contact * hook_contact | has_slip * hook_slip |
+                               has_hold * hook_hold | has_face * hook_face | has_meet * hook_meet |
+                               has_solid * hook_solid;
     return found == E::hooks && found != 0;
 }
 

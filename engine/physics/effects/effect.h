@@ -8,10 +8,8 @@
 //   contact  surface_point surface(params, position): the depth of a place below its surface and
 //            the unit normal there, `up` or a vector. contact.h computes push, energy and bound
 //            from it; params have a `stiffness` and the `damping` of unit_damping()
-//   impulse  vector<R> impulse(params, node, velocity, h): the velocity after all forces and an
-//            impulse over h that never overshoots its target, m/s
 //   face     vector<R> face(params, face, h): the impulse over h on an exposed face, N s, of which
-//            each corner takes a quarter; after all impulses on single masses, axis by axis
+//            each corner takes a quarter; after all forces, axis by axis
 //   slip     vector<R> slip(params, normal, push, inverse_mass, before, velocity, h): the velocity
 //            after the impulse of a contact across its normal, which never reverses what it
 //            opposes, m/s; `before` is the one before this step's forces. Asked for each contact in
@@ -50,15 +48,14 @@ enum hook : unsigned {
     hook_rest = 1,
     hook_pair = 2,
     hook_node = 4,
-    hook_impulse = 8,
-    hook_energy = 16,
-    hook_bound = 32,
-    hook_contact = 64,
-    hook_slip = 128,
-    hook_hold = 256,
-    hook_face = 512,
-    hook_meet = 1024,
-    hook_solid = 2048
+    hook_energy = 8,
+    hook_bound = 16,
+    hook_contact = 32,
+    hook_slip = 64,
+    hook_hold = 128,
+    hook_face = 256,
+    hook_meet = 512,
+    hook_solid = 1024
 };
 
 // Components of a field that is a table of heights: it is not among the values.

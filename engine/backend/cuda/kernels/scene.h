@@ -184,7 +184,7 @@ LIMAX_LAW effects::node_state<mass_real> node_of(const mass_state& m) {
             m.root_mass};
 }
 
-// The velocity after all forces and the impulses on single masses at t_n over h, without friction.
+// The velocity after all forces on single masses at t_n over h, without friction.
 // `met` is the force of masses that are not neighbours, `pushed` that of a solid.
 LIMAX_LAW void kick_mass(mass_state& m, const force& springs, const effects::vector<mass_real>& met,
                          const effects::vector<mass_real>& pushed, const scene_params& params,
@@ -203,14 +203,6 @@ LIMAX_LAW void kick_mass(mass_state& m, const force& springs, const effects::vec
     for (int axis = 0; axis < 3; ++axis)
         next_velocity[axis] = kick<compensated>(m.velocity[axis], all[axis], m.inverse_mass, h,
                                                 m.lost_velocity[axis]);
-    vector<mass_real> after{next_velocity[0], next_velocity[1], next_velocity[2]};
-    for_each([&]<class E>(E) {
-        if constexpr (bool(E::hooks & hook_impulse))
-            each_instance<E>(params, [&](const auto& p) { after = E::impulse(p, node, after, h); });
-    });
-    next_velocity[0] = after.x;
-    next_velocity[1] = after.y;
-    next_velocity[2] = after.z;
 }
 
 // Friction, last of all: what it stops stays.

@@ -184,9 +184,6 @@ void run_passes(const scene& scene, const std::vector<scripted::program>& laws, 
                                       script_time,
                                       {origin[0], origin[1], origin[2]}});
     passes.kick[0](masses.view, h);
-    each([&](int index, const void* own) {
-        if (passes.impulse[index]) passes.impulse[index](masses.view, own, h);
-    });
     const auto friction =
         effects::friction::make<double>(scene.values(effects::index_of<effects::friction>), origin);
     each([&](int index, const void* own) {
