@@ -8,6 +8,7 @@ local encoding = require "limax.engine.encoding"
 local fault = require "limax.engine.fault"
 local materials = require "limax.engine.materials"
 local memory = require "limax.engine.memory"
+local modes = require "limax.engine.modes"
 local names = require "limax.engine.names"
 local pareto = require "limax.engine.pareto"
 local population = require "limax.engine.population"
@@ -32,6 +33,7 @@ return {
   simulation = simulation.simulation,
   advance_together = simulation.advance_together,
   begin_together = simulation.begin_together,
+  modes = modes,
   random = random,
   pareto = pareto,
 

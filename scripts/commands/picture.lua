@@ -6,12 +6,9 @@ local failure = require "limax.base.failure"
 local host = require "limax.host"
 local motion = require "limax.draw.motion"
 local output = require "limax.base.output"
-local robot = require "limax.robot.robot"
-local runs = require "limax.tools.report.runs"
 local sheet = require "limax.draw.sheet"
 local shell = require "limax.base.shell"
 local source = require "limax.base.source"
-local verify = require "limax.run.verify"
 local view = require "limax.draw.picture.view"
 
 local command = {
@@ -56,26 +53,6 @@ local STILLS = { png = true, svg = true, pdf = true }
 local ANIMATIONS = { gif = true, mp4 = true }
 
 local function usage(text, ...) failure.raise(2, text:format(...)) end
-
--- What to draw, and its name: a robot file, the champion's file of a run, or the description of
--- another robot of the run.
-local function source_of(word, id)
-  if not runs.is_folder(word) then
-    if host.file.exists(word) ~= "file" then
-      usage("%s is neither a robot file nor a run folder", word)
-    elseif id then
-      usage("--robot: %s is a robot file; a run folder has several robots", word)
-    end
-    return word, shell.path(word)
-  end
-  local folder = runs.read(word)
-  output.warn(verify.warning(word) or "")
-  if #folder.runs == 0 then failure.raise(1, word .. ": no generation has been scored yet") end
-  local leading = runs.leading(folder.runs)
-  if id then return earlier.robot(leading, id), ("robot %d of %s"):format(id, shell.path(word)) end
-  local path = runs.champion(leading, runs.result(leading))
-  return path, shell.path(path)
-end
 
 -- The times of `--times`; nil if it is left out.
 local function times_of(text, duration)
@@ -163,9 +140,7 @@ end
 
 function command.run(arguments)
   local ending = check(arguments)
-  local from, path = source_of(arguments[1], arguments.robot)
-  local read, walker = failure.attempt(arguments.robot and robot.of or robot, from)
-  if not read then failure.raise(1, failure.bare(walker)) end
+  local walker, path = earlier.named(arguments[1], arguments.robot)
   local trials = #(walker.description.trials or { walker.description })
   if arguments.trial and arguments.trial > trials then
     usage("--trial %d: %s has %d", arguments.trial, path, trials)

@@ -63,14 +63,19 @@ end
 ---@field position? number[] m
 ---@field velocity? number[] m/s
 
---- A simulation that is ready to run; when it has ended, `result()` gives the record and the
---- context of a scored robot.
+---@class limax.robot.prepared
+---@field robot table the robot, or one of its trials
+---@field population limax.population its body is robot 1
+---@field materials limax.materials
+---@field scene limax.scene
+---@field options table of the engine's simulation
+
+--- What a simulation of a robot is made of.
 ---@param robot { description: limax.robot.description, materials: limax.materials,
 --- population: limax.population } its body is robot 1 of the population
 ---@param options? limax.robot.simulate_options
----@return limax.simulation
----@return fun(): table, limax.robot.context result
-function prepared.simulation(robot, options)
+---@return limax.robot.prepared
+function prepared.parts(robot, options)
   options = options or {}
   if type(options) ~= "table" then
     engine.fail("simulate: expected a table, got " .. schema.show(options))
@@ -94,16 +99,30 @@ function prepared.simulation(robot, options)
   local ok, resolved =
     failure.attempt(settings.simulation_options, merged_settings(description, options))
   if not ok then engine.fail("simulate: " .. failure.bare(resolved)) end
-  warn_if_buried(scene, resolved)
-  local simulation =
-    engine.simulation(population, materials, scene, resolved, device_of(options.device))
+  return { robot = robot, population = population, materials = materials, scene = scene,
+    options = resolved }
+end
+
+--- A simulation that is ready to run; when it has ended, `result()` gives the record and the
+--- context of a scored robot.
+---@param robot table as of `parts`
+---@param options? limax.robot.simulate_options
+---@return limax.simulation
+---@return fun(): table, limax.robot.context result
+function prepared.simulation(robot, options)
+  local parts = prepared.parts(robot, options)
+  local population, materials = parts.population, parts.materials
+  local description = parts.robot.description
+  warn_if_buried(parts.scene, parts.options)
+  local simulation = engine.simulation(population, materials, parts.scene, parts.options,
+    device_of((options or {}).device))
   return simulation, function()
     local outcome = simulation:outcome(1)
     return { id = description.id or 1, generation = description.generation or 0,
       parents = description.parents or {}, origin = "hand", status = outcome.status,
       reason = outcome.reason, outcome = outcome, body = body.record(population, 1, materials) },
       { population = population, index = 1, simulation = simulation, materials = materials,
-        scene = scene:table(), options = resolved, fitness = description.fitness }
+        scene = parts.scene:table(), options = parts.options, fitness = description.fitness }
   end
 end
 

@@ -6,6 +6,7 @@ local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
 local fault = require "limax.engine.fault"
 local output = require "limax.base.output"
+local modes = require "limax.robot.modes"
 local prepared = require "limax.robot.prepared"
 local robot_file = require "limax.robot.robot_file"
 local robot_in_motion = require "limax.robot.robot_in_motion"
@@ -227,6 +228,14 @@ function Robot:begin(options)
   local simulation, result = prepared.simulation(self, options)
   return robot_in_motion.new(simulation, function() return scored_robot.new(result()) end)
 end
+
+--- Natural frequencies, mode shapes and damping ratios of small vibrations: of the free, undeformed
+--- body, or with `standing = true` of the body at rest in its scene, on the ground or held by
+--- anchors.
+---@param count? integer modes, the lowest frequencies first; 6
+---@param options? limax.robot.modes_options
+---@return limax.robot.modes
+function Robot:modes(count, options) return modes.of(self, count, options) end
 
 --- The plain table that a robot file holds.
 ---@return limax.robot.description

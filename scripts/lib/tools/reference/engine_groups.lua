@@ -24,7 +24,7 @@ return {
   { title = "limax.engine", prefix = "limax.engine.", stage = SIMULATION, class = "limax.engine",
     text = "The objects over the C interface; the library is written on top of them.",
     files = engine_files("engine", "device", "materials", "encoding", "population", "scene",
-      "simulation", "random", "pareto", "view", "memory", "fault"),
+      "simulation", "modes", "random", "pareto", "view", "memory", "fault"),
     examples = [[
 device  limax.engine.device("cpu", { threads = 1 })
 materials  limax.engine.materials "paper"
@@ -36,6 +36,7 @@ simulation  limax.engine.simulation(robots, materials, scene, { duration = 0.1 }
 begin_together  limax.engine.begin_together({ simulation }, 0.01)
 advance_together  limax.engine.advance_together({ simulation }, 0.01)
 limit_time  limax.engine.limit_time(nil)
+modes  limax.engine.modes(robots, 1, materials, scene, {}, nil, 3)[1].frequency
 random  limax.engine.random(1, 1, "user"):uniform()
 pareto  limax.engine.pareto { { 3, 1 }, { 2, 2 }, { 1, 1 } }
 is_view=view.is_view  limax.engine.is_view(robots:voxels(1))

@@ -51,6 +51,7 @@ start=evolve.start  limax.start(limax.experiment { fitness = "walk", generations
 simulate  robot:simulate { duration = 0.2 }
 begin  robot:begin { duration = 0.2 }:step(10)
 edit  robot:edit(1, 1, 2, "b")
+modes  robot:modes(3)[1].frequency
 replay  limax.robot(robot:simulate { duration = 0.2 }):replay()
 save  robot:save "robot.json"
 table  robot:table().voxels

@@ -1,12 +1,17 @@
---- earlier.lua: any robot of a run folder, by its id: its genes are in the population file of the
+--- earlier.lua: the robot that a command names: a robot file, the champion of a run folder, or any
+--- robot of it by its id: its genes are in the population file of the
 --- generation that it was new in, whose champion's file has the world it was simulated in.
 
 local failure = require "limax.base.failure"
+local host = require "limax.host"
 local npy = require "limax.base.npy"
+local output = require "limax.base.output"
+local robot = require "limax.robot.robot"
 local robot_of_genome = require "limax.experiment.robot_of_genome"
 local population_file = require "limax.run.population_file"
 local run_files = require "limax.settings.run_files"
 local runs = require "limax.tools.report.runs"
+local shell = require "limax.base.shell"
 local source = require "limax.base.source"
 local stored = require "limax.tools.report.stored"
 local verify = require "limax.run.verify"
@@ -74,6 +79,38 @@ function earlier.robot(run, id)
   end
   description.generation, description.score = generation, record.fitness
   return description
+end
+
+-- What a file or folder holds: the path of a robot file, or a description; and its name.
+local function source_of(word, id)
+  if not runs.is_folder(word) then
+    if host.file.exists(word) ~= "file" then
+      failure.raise(2, word .. " is neither a robot file nor a run folder")
+    elseif id then
+      failure.raise(2, ("--robot: %s is a robot file; a run folder has several robots"):format(
+        word))
+    end
+    return word, shell.path(word)
+  end
+  local folder = runs.read(word)
+  output.warn(verify.warning(word) or "")
+  if #folder.runs == 0 then failure.raise(1, word .. ": no generation has been scored yet") end
+  local leading = runs.leading(folder.runs)
+  if id then return earlier.robot(leading, id), ("robot %d of %s"):format(id, shell.path(word)) end
+  local path = runs.champion(leading, runs.result(leading))
+  return path, shell.path(path)
+end
+
+--- The robot of a robot file or of a run folder, whose champion it is without an id.
+---@param word string
+---@param id integer|nil
+---@return limax.robot
+---@return string name of it
+function earlier.named(word, id)
+  local from, name = source_of(word, id)
+  local read, made = failure.attempt(id and robot.of or robot, from)
+  if not read then failure.raise(1, failure.bare(made)) end
+  return made, name
 end
 
 return earlier
