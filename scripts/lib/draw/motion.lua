@@ -29,6 +29,7 @@ local ENOUGH = 20
 ---@field middle number[] their mean
 ---@field base number m, the height that counts as 0 in a panel
 ---@field block number[][] the block's corners, if any
+---@field captions string[]|nil lines below it, instead of its time
 
 ---@class limax.motion.film
 ---@field poses limax.motion.pose[]
@@ -173,6 +174,22 @@ function motion.now(robot, positions, time)
     sample = { p[1], p[2], p[3], unpack(block.orientation) }
   end
   add_pose(film, 1, 1, positions, corners_of(robot, sample)).time = time
+  return film
+end
+
+--- A film of poses of a body whose place of rest stays in the middle, seen along y.
+---@param robot { body: limax.robot.body, context: limax.robot.context }
+---@param rest number[][] of its masses, m
+---@param list { positions: number[][], captions: string[] }[]
+---@return limax.motion.film
+function motion.around(robot, rest, list)
+  local film = motion.body(robot)
+  film.stage = stage.new(film.world, axes_of({ 1, 0, 0 }, 0, film.world.up))
+  film.path[1] = film.stage.turn(mean_of(rest))
+  for _, each in ipairs(list) do
+    local pose = add_pose(film, 1, 1, each.positions, {})
+    pose.middle, pose.captions = film.path[1], each.captions
+  end
   return film
 end
 

@@ -128,7 +128,8 @@ function sheet.new(films, options)
     local name = options.names and options.names[k] or ""
     self.names[k] = canvases.wrapped(name, { size = self.size }, options.width - 2 * margin)
     frame.top = math.ceil(top + #self.names[k] * NAME * text)
-    top = frame.top + frame.height + (options.track and 2 or 1) * CAPTION * text
+    local captions = options.track and 2 or #(films[k].poses[1].captions or { "time" })
+    top = frame.top + frame.height + captions * CAPTION * text
   end
   if options.track then
     self.track_top = top + text
@@ -164,12 +165,12 @@ local function draw_row(self, canvas, film, frame, first)
       canvas:box(left, frame.top, frame.panel, frame.height, PANEL)
     end
     scene.draw(canvas, film, frame, pose, k)
-    canvas:text(left + frame.panel / 2, bottom + 1.6 * text, ("%.2f s"):format(pose.time),
-      { size = self.size, anchor = "middle", bold = true })
-    if self.track then
-      canvas:text(left + frame.panel / 2, bottom + 3.4 * text,
-        ("%+.2f m"):format(pose.middle[1] - film.start),
-        { size = self.size, anchor = "middle", fill = canvases.faint })
+    local captions = pose.captions or { ("%.2f s"):format(pose.time),
+      self.track and ("%+.2f m"):format(pose.middle[1] - film.start) or nil }
+    for line, caption in ipairs(captions) do
+      canvas:text(left + frame.panel / 2, bottom + (1.8 * line - 0.2) * text, caption,
+        { size = self.size, anchor = "middle", bold = line == 1,
+          fill = line > 1 and canvases.faint or nil })
     end
   end
   scene.flows(canvas, film, frame)

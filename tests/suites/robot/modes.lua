@@ -4,6 +4,7 @@
 
 local limax = require "limax"
 local process = require "support.process"
+local source = require "limax.base.source"
 local suite = require("limax.test").suite "modes"
 
 -- Simulates a body in double from its pose, kicked with `speed` m/s of a mode's shape, and returns
@@ -91,4 +92,9 @@ suite:test("the command prints the modes of a robot file beside the muscles", fu
     true), done.stdout)
   t:ok(done.stdout:find(("1 +%.4g +%.3g +%.3g +"):format(first.frequency, first.damping_ratio,
     first.frequency / 2)), done.stdout)
+  for name, start in pairs { ["modes.svg"] = "<svg", ["modes.gif"] = "GIF8" } do
+    done = process.ends(base, { "modes", "body.json", "--count", "2", "--standing", "--out", name })
+    t:equal(done.status, 0, done.stderr)
+    t:ok(source.read(base .. "/" .. name):find("^" .. start), name)
+  end
 end)

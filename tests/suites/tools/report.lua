@@ -108,7 +108,10 @@ suite:test("the report has the comparison, and equal robots are shown once", { l
     report(t, base, { "fixed", "rules", "--out", "all.html" })
     local page = source.read(base .. "/all.html")
     t:ok(page:find("too few runs for any claim", 1, true))
-    t:equal(select(2, page:gsub('class="figure%-row"', "")), 1)
+    -- a film strip and a picture of modes
+    t:equal(select(2, page:gsub('class="figure%-row"', "")), 2)
+    t:ok(page:find("fixed, generation 0 and rules, generation 0: muscles at 2 Hz, below", 1, true))
+    t:ok(page:find("standing in its scene; motions without a restoring force, left out", 1, true))
     t:ok(page:find("film strip of fixed, generation 0 and rules, generation 0",
       1, true))
     t:ok(page:find("champion of fixed, lowest layer first", 1, true))
@@ -180,8 +183,8 @@ suite:test("without three.js the page says so and has the film strips", { limit 
   robots.javascript = found
   t:equal(#shown.scripts, 0)
   t:ok(shown.body:find("libjs-three", 1, true) and not shown.body:find("<canvas", 1, true))
-  t:equal(select(2, shown.body:gsub("<svg ", "")), 2)
-  -- names within the two strips are apart
+  t:equal(select(2, shown.body:gsub("<svg ", "")), 4)
+  -- names within the pictures are apart
   t:ok(shown.body:find('id="strip1-clip1"', 1, true))
   t:ok(shown.body:find("url(#strip2-clip6)", 1, true))
   local ids = {}

@@ -10,6 +10,7 @@ local motion = require "limax.draw.motion"
 local robot = require "limax.robot.robot"
 local runs = require "limax.tools.report.runs"
 local source = require "limax.base.source"
+local vibrations = require "limax.tools.report.vibrations"
 local world = require "limax.draw.picture.world"
 
 local robots = {}
@@ -50,6 +51,8 @@ end
 ---@field score string its fitness, and what else the fitness returned
 ---@field walked limax.scored_robot
 ---@field description limax.robot.description
+---@field robot limax.robot
+---@field trial integer|nil
 
 -- "rules, generation 0 and generation 9"
 local function name_of(picks)
@@ -94,7 +97,7 @@ local function add(shown, picks, options)
     end
     if walked then
       shown[#shown + 1] = { name = name, score = runs.score_text(run, line), walked = walked,
-        description = walker.description }
+        description = walker.description, robot = walker, trial = trials and k }
     elseif options.say then
       options.say(("%s is not shown: %s"):format(name, why))
     end
@@ -170,6 +173,7 @@ function robots.section(list, options)
       .. "libjs-three), so robots are shown as film strips only.</p>\n"
   end
   parts[#parts + 1] = html.details("film strips", table.concat(strips), "strips")
+  parts[#parts + 1] = vibrations.section(shown)
   if folder then
     local licence = source.read(folder .. "/three.copyright") or ""
     parts[#parts + 1] = html.details("three.js draws the robots: its licence",
