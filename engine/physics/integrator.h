@@ -6,7 +6,8 @@
 // so that damping is of second order too; a_(n-1) includes friction, else a stuck mass would be
 // predicted to slip. At n = 0, p = u and the kick lasts dt/2, so u_(1/2) - u_0 = a_0 dt / 2 and
 // the next prediction adds it whole. Symplectic Euler is the same loop with p = u and whole kicks.
-// Order two while no contact switches, one through contact.
+// Order two while no contact switches; one through that and, since friction opposes the slip of
+// t_(n+1/2), where a slip turns.
 //
 // RK4: the classical Runge-Kutta method on (x, v), both at t_n; the slopes are (v, a). Four force
 // evaluations: at t_n, twice at t_n + dt/2, and at t_n + dt, each at the state that the previous
