@@ -379,12 +379,12 @@ typedef enum limax_trace_kind {
     LIMAX_TRACE_POSITION = 1,       /* [sample][mass][3], m */
     LIMAX_TRACE_VELOCITY = 2,       /* [sample][mass][3], m/s, at the sample's own time */
     LIMAX_TRACE_CONTACT = 3,        /* [sample][1], share of the masses that touch a contact */
-    LIMAX_TRACE_ENERGY = 4,         /* [sample][4]: kinetic, elastic, gravitational (J); power of
-                                     * the muscles (W) */
+    LIMAX_TRACE_ENERGY = 4,         /* [sample][4], of the body: kinetic, elastic (springs and
+                                     * contacts), gravitational (J); power of the muscles (W) */
     LIMAX_TRACE_STRAIN = 5, /* [sample][2]: mean and largest |r - L0| / L0 over the springs */
-    /* [sample][9], J: kinetic, elastic (springs), contact and gravitational energy; work since t =
-     * 0 of the muscles, of damping, of contacts' damping, of friction, and of everything else,
-     * positive into the body; CPU only */
+    /* [sample][9], J, a block included: kinetic energy, that of springs, of contacts, and
+     * gravitational energy; work since t = 0 of the muscles, of damping, of contacts' damping, of
+     * friction, and of everything else, positive into the body; CPU only */
     LIMAX_TRACE_LEDGER = 6,
     LIMAX_TRACE_BLOCK = 7, /* [sample][7]: centre of the rigid block, m; quaternion w, x, y, z that
                             * turns its own axes into the world's */
@@ -451,7 +451,7 @@ typedef struct limax_outcome {
     double height;      /* highest centre of mass above its place at t = 0, m (center_of_mass) */
     double contact;     /* mean share of masses in contact (contact) */
     double kinetic;     /* mean, J (energy) */
-    double elastic;     /* mean, J (energy) */
+    double elastic;     /* mean, of springs and contacts, J (energy) */
     double muscle_work; /* integral of the muscles' positive power, J (energy) */
     double strain;      /* mean over samples of the mean strain (strain) */
     double strain_most; /* largest strain of any sample (strain) */

@@ -37,7 +37,7 @@ names.trace_columns = {
   center_of_mass = { "x", "y", "z" }, position = { "x", "y", "z" }, velocity = { "x", "y", "z" },
   contact = { "share of masses" }, energy = { "kinetic", "elastic", "gravitational",
     "muscle power" }, strain = { "mean", "most" },
-  ledger = { "kinetic", "elastic", "contact", "gravitational", "muscles", "damping",
+  ledger = { "kinetic", "springs", "contact", "gravitational", "muscles", "damping",
     "contact_damping", "friction", "other" },
   block = { "x", "y", "z", "qw", "qx", "qy", "qz" },
 }

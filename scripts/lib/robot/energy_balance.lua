@@ -8,9 +8,9 @@ local accounts = engine.names.trace_columns.ledger
 local first_work = 5
 
 ---@class limax.robot.energy_balance
----@field kinetic number energy at the end, J; this and the following
----@field elastic number of the springs
----@field contact number of contacts
+---@field kinetic number energy at the end, J, with that of a block; this and the following
+---@field springs number
+---@field contact number
 ---@field gravitational number from the world's origin
 ---@field muscles number work from t = 0 to the end, J, positive into the body; this and the next
 ---@field damping number of the dashpots along springs

@@ -216,8 +216,8 @@ function methods:height() return measured.summary(self, "height", "height", "cen
 ---@return number
 function methods:contact() return measured.summary(self, "contact", "contact", "contact") end
 
---- Means of kinetic and elastic energy, and the muscles' positive work in all, J. Reads the trace
---- "energy".
+--- Means of kinetic and elastic energy (of springs and contacts), and the muscles' positive work in
+--- all, J. Of the body, without a block. Reads the trace "energy".
 ---@return { kinetic: number, elastic: number, muscle_work: number } J
 function methods:energy()
   local function part(field) return measured.summary(self, "energy", field, "energy") end

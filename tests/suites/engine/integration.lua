@@ -64,7 +64,7 @@ end)
 local ledgers = require("limax.test").suite "ledger of energy"
 
 local function recorded(options)
-  options.record, options.device = { ledger = 100 }, "cpu"
+  options.record, options.device = { ledger = 100, energy = 100 }, "cpu"
   return walker:simulate(options)
 end
 
@@ -84,6 +84,9 @@ ledgers:test("accounts for the energy of a walk", function(t)
   for k = 5, 9 do works = works + row[k] end
   t:near(ledger.change, works, { atol = ledger.closure * 1000 })
   t:equal({ ledger.kinetic, ledger.other, ledger.muscles }, { row[1], row[9], row[5] })
+  local energy = robot:trace "energy"[101]:table()
+  t:near({ ledger.kinetic, ledger.springs + ledger.contact, ledger.gravitational },
+    { energy[1], energy[2], energy[3] }, { rtol = 1e-12 })
 end)
 
 ledgers:test("of a body at rest is zero", function(t)
