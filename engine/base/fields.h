@@ -12,8 +12,8 @@ namespace limax {
 
 // name, unit, note, components, whole, minimum, maximum, default
 inline constexpr limax_field_info simulation_fields[] = {
-    {"duration", "s", "from the start of actuation to the end", 1, 0, 1e-9, 1e6, {5}},
-    {"settle", "s", "before t = 0, without actuation", 1, 0, 0, 1e6, {0}},
+    {"duration", "s", "from t = 0 to the end, in whole samples", 1, 0, 1e-9, 1e6, {5}},
+    {"settle", "s", "before t = 0, without actuation, in whole steps", 1, 0, 0, 1e6, {0}},
     {"time_step", "s", "a number, or auto: from the body's bound", 1, 0, 1e-9, 1, {0}},
     {"bound_fraction", "1", "share of the body's bound for auto", 1, 0, 1e-3, 1, {0.9}},
     {"time_step_most", "s", "largest step of auto, 0 for no limit", 1, 0, 0, 1, {0}},

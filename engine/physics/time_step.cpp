@@ -122,16 +122,16 @@ schedule make_schedule(const limax_simulation_options& options, const scene& sce
 
     schedule plan;
     plan.time_step = base / double(per_base);
-    const auto whole_bases = [&](double seconds) {
-        return std::ceil(seconds * double(rate) * (1.0 - rounding));
-    };
-    const double settle = whole_bases(options.settle), duration = whole_bases(options.duration);
-    if ((settle + duration) * double(per_base) > most_steps)
+    // samples begin at t = 0: settling takes whole steps, the duration whole samples
+    const auto whole = [](double count) { return std::ceil(count * (1.0 - rounding)); };
+    const double settle = whole(options.settle * double(rate) * double(per_base));
+    const double moving = whole(options.duration * double(rate)) * double(per_base);
+    if (settle + moving > most_steps)
         fail(LIMAX_INVALID_ARGUMENT,
              format("duration and settle take %.3g steps of %.9g s; at most %.3g are possible",
-                    (settle + duration) * double(per_base), plan.time_step, most_steps));
-    plan.settle_steps = static_cast<int64_t>(settle) * per_base;
-    plan.steps = plan.settle_steps + static_cast<int64_t>(duration) * per_base;
+                    settle + moving, plan.time_step, most_steps));
+    plan.settle_steps = static_cast<int64_t>(settle);
+    plan.steps = plan.settle_steps + static_cast<int64_t>(moving);
     for (int kind = 0; kind < LIMAX_TRACE_KINDS; ++kind) {
         if (options.record[kind] <= 0) continue;
         plan.every[kind] = rate / options.record[kind] * per_base;

@@ -46,7 +46,7 @@ function rescore.options(config, setting, level)
   end
   simulation.accuracy = config.simulation.accuracy
   for name, value in pairs(setting) do simulation[name] = value end
-  return settings.simulation_options(simulation, config.record, level)
+  return (settings.simulation_options(simulation, config.record, level))
 end
 
 --- Scores robots of an expressed population under another setting, by the experiment's fitness.

@@ -96,7 +96,7 @@ local function named(note, entry, path)
   return is_own and path .. ": " .. note or note
 end
 
--- Completes an entry, which gets its rounded times. Adds to the notes.
+-- Completes an entry, which gets its rounded duration. Adds to the notes.
 local function complete(entry, config, path, notes)
   local simulation = settings.replaced(config.simulation, entry, settings.names)
   local record = {}
@@ -104,9 +104,7 @@ local function complete(entry, config, path, notes)
     record[kind] = entry.record and entry.record[kind] or rate
   end
   local own = settings.finish(simulation, record)
-  for _, name in ipairs { "duration", "settle" } do
-    entry[name] = entry[name] and simulation[name]
-  end
+  entry.duration = entry.duration and simulation.duration
   local scene = entry.scene or config.scene
   local view = { scene = scene, simulation = simulation,
     materials = entry.materials or config.materials }

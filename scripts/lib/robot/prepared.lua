@@ -39,12 +39,15 @@ end
 
 local warned = {}
 
+local function warn(text)
+  if not warned[text] then output.warn("! simulate: ", text, "\n") end
+  warned[text] = true
+end
+
 local function warn_if_buried(scene, resolved)
   local ground, position = scene:table().ground, resolved.position
   if not ground or not position or position[3] >= ground.height then return end
-  local text = plausible.buried(position[3], ground.height)
-  if not warned[text] then output.warn("! simulate: ", text, "\n") end
-  warned[text] = true
+  warn(plausible.buried(position[3], ground.height))
 end
 
 ---@class limax.robot.simulate_options
@@ -54,14 +57,20 @@ end
 ---@field record? table<string, integer> traces, samples per second
 ---@field materials? string|table other materials under the same letters
 ---@field progress? fun(progress: table) called about 20 times a second
----@field duration? number s
----@field settle? number s
+---@field duration? number s, rounded up to whole samples of `record`
+---@field settle? number s, rounded up to whole steps
 ---@field accuracy? "preview"|"evolve"|"publish"|"reference"
 ---@field integrator? "leapfrog"|"rk4"|"symplectic_euler"|"xpbd"
 ---@field precision? "compensated"|"double"|"mixed"|"single"
 ---@field time_step? number|"auto" s
+---@field bound_fraction? number of the body's bound, for "auto"
+---@field time_step_most? number s, for "auto"
+---@field sharing? "mean"|"sum" of the stiffness of a spring's voxels
 ---@field position? number[] m
 ---@field velocity? number[] m/s
+---@field edge? number m, of a voxel
+---@field max_speed? number m/s, beyond which a robot has diverged
+---@field max_stretch? number of a spring, in rest lengths, beyond which a robot has diverged
 
 ---@class limax.robot.prepared
 ---@field robot table the robot, or one of its trials
@@ -96,9 +105,10 @@ function prepared.parts(robot, options)
     population = robot_file.build(description, materials)
   end
   local scene = engine.scene(options.scene or description.scene or defaults.scene)
-  local ok, resolved =
+  local ok, resolved, notes =
     failure.attempt(settings.simulation_options, merged_settings(description, options))
   if not ok then engine.fail("simulate: " .. failure.bare(resolved)) end
+  for _, note in ipairs(notes) do warn(note) end
   return { robot = robot, population = population, materials = materials, scene = scene,
     options = resolved }
 end

@@ -1,5 +1,5 @@
 --- settings.lua: the fields `simulation` and `record` of experiments and `robot:simulate`: checks,
---- tiers, and times rounded up to whole samples.
+--- tiers, and durations rounded up to whole samples.
 
 local defaults = require "limax.settings.defaults"
 local failure = require "limax.base.failure"
@@ -123,7 +123,7 @@ local function greatest_divisor(a, b)
 end
 
 --- The base rate: the least common multiple of the record rates, raised to a multiple of at least
---- 20 Hz. All times are whole numbers of its samples, as in the engine's schedule.
+--- 20 Hz. A duration is a whole number of its samples, as in the engine's schedule.
 ---@param record table<string, integer>
 ---@return integer Hz
 function settings.base_rate(record)
@@ -141,18 +141,12 @@ end
 ---@return string[] notes
 function settings.finish(simulation, record)
   apply_tier(simulation)
-  local notes, rate = {}, settings.base_rate(record)
-  for _, name in ipairs { "settle", "duration" } do
-    local time = simulation[name]
-    -- 1e-12: division may leave a whole number of samples slightly too large
-    local rounded = math.ceil(time * rate * (1 - 1e-12)) / rate
-    if math.abs(rounded - time) > 1e-9 * time then
-      notes[#notes + 1] = ("simulation.%s is rounded up from %.9g s to %.9g s, whole samples"
-        .. " at %d Hz"):format(name, time, rounded, rate)
-    end
-    simulation[name] = rounded
-  end
-  return notes
+  local rate, time = settings.base_rate(record), simulation.duration
+  -- 1e-12: division may leave a whole number of samples slightly too large
+  simulation.duration = math.ceil(time * rate * (1 - 1e-12)) / rate
+  if math.abs(simulation.duration - time) <= 1e-9 * time then return {} end
+  return { ("simulation.duration is rounded up from %.9g s to %.9g s, whole samples at %d Hz")
+    :format(time, simulation.duration, rate) }
 end
 
 --- What `engine.simulation` takes, from finished tables.
@@ -171,13 +165,14 @@ end
 ---@param simulation? table as in an experiment
 ---@param record? table<string, integer>
 ---@return table options for engine.simulation
+---@return string[] notes
 function settings.simulation_options(simulation, record, level)
   local checked, message = settings.simulation(simulation, "simulation")
   local traces
   if checked then traces, message = settings.record(record or defaults.record, "record") end
   if message then failure.raise(2, message, (level or 1) + 1) end
-  settings.finish(checked, traces)
-  return settings.engine_options(checked, traces)
+  local notes = settings.finish(checked, traces)
+  return settings.engine_options(checked, traces), notes
 end
 
 return settings

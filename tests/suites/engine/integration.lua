@@ -59,6 +59,11 @@ steps:test("a GPU refuses RK4 and the ledger by name", { devices = { "cuda" } },
     function() walker:simulate { scene = scene, record = { ledger = 50 }, device = t.device } end)
 end)
 
+steps:test("settling takes whole steps, not whole samples", function(t)
+  local walk = walker:begin { settle = 0.05, time_step = 1e-3, device = "cpu" } -- 50 Hz
+  t:near(walk.time, -0.05, { atol = 1e-12 })
+end)
+
 -- ---- energy -------------------------------------------------------------------------------------
 
 local ledgers = require("limax.test").suite "ledger of energy"

@@ -58,13 +58,14 @@ suite:test("a tier is its parts, and an explicit field overrides one", function(
   t:equal({ simulation.bound_fraction, simulation.time_step_most }, { 0.9, 0 })
 end)
 
-suite:test("times are rounded up to whole samples, with a note", function(t)
-  local experiment = changed { simulation = { duration = 1.01, settle = 0.5 },
+suite:test("a duration is rounded up to whole samples, with a note", function(t)
+  local experiment = changed { simulation = { duration = 1.01, settle = 0.05 },
     record = { center_of_mass = 50, energy = 20 } }
   -- 100 Hz is the least common multiple
   t:near(experiment.config.simulation.duration, 1.01)
   t:equal(#experiment.notes, 0)
-  experiment = changed { simulation = { duration = 1.001, settle = 0.5 } }
+  experiment = changed { simulation = { duration = 1.001, settle = 0.05 } }
+  t:equal(experiment.config.simulation.settle, 0.05)
   t:near(experiment.config.simulation.duration, 1.02)
   t:ok(experiment.notes[1]:find "rounded up from 1.001 s to 1.02 s")
 end)

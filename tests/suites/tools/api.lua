@@ -56,6 +56,13 @@ suite:test("every public name has an entry", function(t)
     .. " without an example in scripts/lib/tools/reference/groups.lua")
 end)
 
+suite:test("the options of a simulation list every field that one takes", function(t)
+  local fields = api.tables()["limax.robot.simulate_options"].fields
+  for _, name in ipairs(require("limax.settings.settings").names) do
+    t:ok(api.named(fields, name), name .. " is not listed in lib/robot/prepared.lua")
+  end
+end)
+
 suite:test("tables that public names mention have their fields listed", function(t)
   local by_name = api.tables()
   for _, name in ipairs { "limax.generation", "limax.limit", "limax.robot.energy_balance",
