@@ -9,9 +9,11 @@ local history = require "limax.run.history"
 local host = require "limax.host"
 local materials = require "limax.evolution.materials"
 local metrics = require "limax.run.metrics"
+local npy = require "limax.base.npy"
 local population = require "limax.evolution.population"
 local run_files = require "limax.settings.run_files"
 local scoring = require "limax.robot.scoring"
+local source = require "limax.base.source"
 local state = require "limax.run.state"
 
 local record = {}
@@ -144,6 +146,18 @@ function record.enter(run, robots)
   return line
 end
 
+-- Writes B, without which genomes of the encoding "fourier" cannot be read by other programs.
+local function write_matrix(run)
+  if run.encoding.network ~= "fourier" then return end
+  local name, numbers = ("r%02d/B.npy"):format(run.repetition), {}
+  local rows = run.encoding:matrix():table()
+  for k, row in ipairs(rows) do
+    for axis = 1, 3 do numbers[3 * (k - 1) + axis] = row[axis] end
+  end
+  run.folder:make_folder(source.folder_of(name))
+  run.folder:write_later(name, npy.encode("<f8", { #rows, 3 }, numbers))
+end
+
 --- Writes the newest generation of the history into the folder.
 ---@param line table as from `enter`
 function record.write(run, robots, line)
@@ -151,6 +165,7 @@ function record.write(run, robots, line)
   if not run.folder then
     run.packed[line.generation] = packed
   else
+    if line.generation == 0 then write_matrix(run) end
     robots.timing.write = run.folder:write_generation { metrics = line, ledger = robots.ledger,
       seconds = robots.timing, supervision = robots.supervision, robots = packed,
       state = robots.state_text, archive = archive and archive:text(), engine = robots.engine,

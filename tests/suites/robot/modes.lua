@@ -15,9 +15,9 @@ local function ring(robot, all, mode, scene, speed)
   for m, move in ipairs(shape) do
     kick[m] = { speed * move[1], speed * move[2], speed * move[3] }
   end
-  local moving = robot:begin { scene = scene, settle = 0, duration = math.ceil(12 * rate / mode.frequency) / rate,
-    device = "cpu", precision = "double", integrator = "leapfrog", time_step = 1e-4,
-    record = { position = rate } }
+  local moving = robot:begin { scene = scene, settle = 0,
+    duration = math.ceil(12 * rate / mode.frequency) / rate, device = "cpu", precision = "double",
+    integrator = "leapfrog", time_step = 1e-4, record = { position = rate } }
   moving.simulation:place(1, pose, kick)
   local path = {}
   for k, sample in ipairs(moving:finish():trace "position") do

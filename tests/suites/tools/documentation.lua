@@ -232,6 +232,25 @@ suite:test("units on the page are those of the program", function(t)
   end
 end)
 
+-- The outputs of a genome's network at a point, as the page describes them.
+local function outputs(rows, genes, widths, v)
+  local layer, at = {}, 0
+  for k, b in ipairs(rows) do
+    local turns = 2 * math.pi * (b[1] * v[1] + b[2] * v[2] + b[3] * v[3])
+    layer[k], layer[#rows + k] = math.cos(turns), math.sin(turns)
+  end
+  for depth, width in ipairs(widths) do
+    local next_layer, inputs = {}, #layer
+    for unit = 1, width do
+      local sum = genes[at + inputs * width + unit]
+      for k = 1, inputs do sum = sum + genes[at + inputs * (unit - 1) + k] * layer[k] end
+      next_layer[unit] = depth < #widths and math.tanh(sum) or sum
+    end
+    layer, at = next_layer, at + (inputs + 1) * width
+  end
+  return layer
+end
+
 suite:test("genomes and champions are as the page describes them", function(t)
   local base = t:folder()
   run_plain(t, base)
@@ -242,7 +261,24 @@ suite:test("genomes and champions are as the page describes them", function(t)
   local lines = select(2, source.read(folder .. "/r02/population/g0001.jsonl"):gsub("\n", ""))
   local genomes = npy.decode(source.read(folder .. "/r02/population/g0001.npy"))
   -- 2 x 16 inputs, two layers of 32, 5 materials and 3 weights
-  t:equal(genomes.shape, { lines, 33 * 32 + 33 * 32 + 33 * 8 })
+  local length = 33 * 32 + 33 * 32 + 33 * 8
+  t:equal(genomes.shape, { lines, length })
+  -- the champion's weights from B and its genome; its corners are at -1 and 1
+  local b, robot = npy.decode(source.read(folder .. "/r02/B.npy")), limax.robot(champion):table()
+  t:equal({ b.kind, b.shape }, { "<f8", { 16, 3 } })
+  local place, rows, numbers, all = 0, {}, npy.numbers(b), npy.numbers(genomes)
+  for line in source.read(folder .. "/r02/population/g0001.jsonl"):gmatch "[^\n]+" do
+    if host.json.decode(line).id == robot.id then break end
+    place = place + 1
+  end
+  for k = 1, 16 do rows[k] = { numbers[3 * k - 2], numbers[3 * k - 1], numbers[3 * k] } end
+  local genes = { unpack(all, place * length + 1, (place + 1) * length) }
+  for z = 1, 2 do for y = 1, 2 do for x = 1, 2 do
+    local found = outputs(rows, genes, { 32, 32, 8 }, { 2 * x - 3, 2 * y - 3, 2 * z - 3 })
+    for k, name in ipairs { "stiffness", "amplitude", "phase" } do
+      t:near(1 / (1 + math.exp(-found[5 + k])), robot.weights[name][z][y][x], { atol = 1e-5 })
+    end
+  end end end
 end)
 
 -- ---- examples -----------------------------------------------------------------------------------
