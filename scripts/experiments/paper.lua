@@ -4,6 +4,12 @@
 --- cores; with --set generations=2 --set repetitions=1 --set population=4, ten seconds.
 --- Run it with: limax run scripts/experiments/paper.lua
 ---
+--- The paper's arms are runs with and without a model, GPT-4-Turbo, that sees whole populations.
+--- These are they; the second needs an endpoint (lib/supervise/llm/README.md):
+---   limax run scripts/experiments/paper.lua --set supervisor=fixed
+---   limax run scripts/experiments/paper.lua --set 'supervisor=["llm"]' \
+---     --set supervisor.context=paper --set supervisor.model=gpt-4-turbo
+---
 --- `not_in_paper` lists what the paper does not state and we chose. The report prints the list.
 
 local limax = require "limax"
@@ -12,14 +18,23 @@ local not_in_paper = {
   "fitness: the plain horizontal distance between start and end",
   "duration: 5 s from the start of actuation",
   "settle: 0.5 s of rest before actuation starts",
-  "frequency: all muscles at 2 Hz, without a ramp",
+  "waveform: rest lengths change by sin(2 pi f t + phase), from t = 0 without a ramp",
+  "frequency: all muscles at 2 Hz",
+  "sign: plus for an expanding muscle, minus for a contracting one",
+  "springs: 28 per voxel, between every two of its corners; neighbours share them",
+  "masses: a site is one mass, 0.1 kg, however many voxels meet there",
   "network: two hidden layers of 32, tanh",
-  "features: 16 rows of B, 32 inputs",
+  "features: 16 rows of B, 32 inputs; B is drawn once per repetition",
+  "input: the centres of the outer voxels are at -1 and 1 along each axis",
   "sigma: 1 (the paper took it from a sweep whose values it does not give)",
   "initial weights: N(0, 1 / fan_in), biases 0",
+  "weights: three sigmoids multiply stiffness, amplitude and phase; mass and damping stay",
   "stiffness weights: at least 0.2, else a soft body collapses under its own weight",
   "largest face-connected component kept; a body without a muscle is not simulated",
   "selection: tournaments of 3",
+  "crossover: uniform, a gene comes from the second parent with the crossover rate",
+  "mutation: a gene changes with the mutation rate by N(0, scale^2)",
+  "elites: copied, and not simulated again while nothing that they depend on changes",
   "generations counted from 0 to 99, the initial population included",
   "spring sharing: a spring of several voxels takes the mean of their stiffness",
   "integrator: symplectic Euler",
@@ -27,7 +42,8 @@ local not_in_paper = {
   "damping reference: c = 2 zeta sqrt(k m_r), m_r the pair's reduced mass; for contact, the mass",
   "friction: the table's static 0.6 below kinetic 1.0 is kept, though probably swapped",
   "diversity measure: mean share of voxels in which two robots differ",
-  "prompt and supervisor: the paper's model sees three generations; here the offline rules do",
+  "prompt: the paper's is not published; its model, GPT-4-Turbo, sees three generations",
+  "supervisor: offline rules, unless a command above names a model",
   "ranges: what a supervisor may set, and how far in one generation",
 }
 
