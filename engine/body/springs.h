@@ -1,5 +1,6 @@
 // springs.h: a body's masses and springs as columns in memory, by the laws of spring_laws.h:
-// rounded once to fp32, so that every precision simulates the same body. SI units.
+// rounded once to fp32, so that every precision simulates the same body, except for L0, which has
+// the precision of the forces. SI units.
 #pragma once
 
 #include "base/array.h"

@@ -43,6 +43,9 @@ local OPTIONS = {
     text = "a folder for figures and tables" },
   { name = "section", argument = "NAME", of = "accuracy", many = true,
     text = "only this section: work_precision, ranking, evolutions" },
+  { name = "duration", argument = "S", of = "accuracy", kind = "number", minimum = 0.1,
+    maximum = 1000, text = "of the walks of `ranking`; 1.5 s if left out, with --full as in their"
+      .. " scripts" },
   { name = "tune", argument = "FILE", of = "accuracy",
     text = "the longest step at which this experiment is accurate" },
   { name = "champion", argument = "FILE", of = "accuracy", many = true,

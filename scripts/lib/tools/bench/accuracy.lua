@@ -111,6 +111,14 @@ local function chosen(names, sizes)
   return sections
 end
 
+-- The size of a section whose walks last this long, s.
+local function lasting(size, duration)
+  local own = source.copy(size)
+  own.set = { unpack(size.set) }
+  own.set[#own.set + 1] = ("simulation.duration=%.9g"):format(duration)
+  return own
+end
+
 -- Prints what was measured of the tiers and stores it for `limax run` and `limax doctor`.
 local function report_tiers(how, results)
   local measured = tiers.summary(results)
@@ -119,7 +127,7 @@ local function report_tiers(how, results)
     how.say(("%-10s %s: %s"):format(name, tiers.describe(name), tiers.price(measured[name])))
   end
   -- part of the sections, or other sizes, give another price
-  if how.sizes or not (results.ranking and results.work_precision) then return end
+  if how.sizes or how.duration or not (results.ranking and results.work_precision) then return end
   local path, message = tiers.keep(how.device, measured)
   how.say(path and "stored for limax run and limax doctor: " .. path
     or "not stored for limax run and limax doctor: " .. message)
@@ -142,7 +150,9 @@ function accuracy.run(how)
     local section = require("limax.tools.bench.accuracy." .. name)
     local began = host.clock()
     how.say ""
-    results[name] = section.run { device = how.device, size = sizes[name], say = how.say }
+    local size = sizes[name]
+    if how.duration and name == "ranking" then size = lasting(size, how.duration) end
+    results[name] = section.run { device = how.device, size = size, say = how.say }
     how.say(("\n%s\n(%s: %.0f s)"):format(section.text(results[name], style), name,
       host.clock() - began))
   end

@@ -109,7 +109,11 @@ local function described()
     { name = "simulation", text = "times, accuracy, step", fields = list_of("simulation",
       words("accuracy", { "preview", "evolve", "publish", "reference" },
         "a tier: preview, evolve, publish or reference"),
-      words("integrator", defaults.integrators), words("precision", defaults.precisions),
+      words("integrator", defaults.integrators, table.concat(defaults.integrators, ", ")
+        .. "; rk4 and xpbd on the CPU, rk4 without contact, friction, self-collision, drag and"
+        .. " block, xpbd without block"),
+      words("precision", defaults.precisions, table.concat(defaults.precisions, ", ")
+        .. "; of the state and forces: masses and springs are rounded to fp32 in each"),
       words("sharing", defaults.sharings,
         "springs between voxels: mean or sum of their stiffness")) },
     { name = "islands", text = "populations that evolve side by side, each with an equal part of"
