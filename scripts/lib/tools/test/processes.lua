@@ -4,6 +4,7 @@
 --- crashes or exits is ended and fails, and the tests after it run in another process. Files are
 --- reported in the order of the plan. Times in seconds.
 
+local child = require "limax.base.child"
 local host = require "limax.host"
 local report = require "limax.tools.test.report"
 local runner = require "limax.tools.test.runner"
@@ -20,23 +21,6 @@ local POLL_INTERVAL = 0.02
 local GRACE = 2
 -- bytes read at a time: a test that prints without end must not fill the memory
 local MOST = 2 ^ 20
-
--- Runs the command and writes its exit status to a file. When its standard input is closed, or the
--- process that holds it ends, it interrupts the command, which then frees what it holds or ends
--- itself after 2 s (bindings/host/signals.cpp), and kills it at last. The command handles an
--- interrupt of the terminal itself.
-local SCRIPT = [[
-trap '' INT
-exec 3<&0
-COMMAND >BASE.out 2>BASE.err </dev/null 3<&- &
-pid=$!
-{ cat <&3 >/dev/null; kill -INT $pid; sleep 4; kill -KILL $pid; } &
-watcher=$!
-wait $pid
-status=$?
-kill $watcher
-echo $status >BASE.rc
-]]
 
 local function words_of(path, only, options)
   local words = { shell.quoted(host.executable), "test", "--json-seq" }
@@ -61,7 +45,7 @@ end
 ---@class limax.test_file_run a file and the process that runs its tests
 ---@field entry { file: limax.suite_file, instances: limax.test_instance[] }
 ---@field events table[] not yet reported
----@field pipe file*|nil nil: it does not load, or has ended
+---@field child limax.child|nil nil: it does not load, or has ended
 ---@field instances limax.test_instance[] that the process was started for
 ---@field open table<string, limax.test_instance> have no result yet, by title
 ---@field now { instance: limax.test_instance, limit: number|nil, since: number }|nil running test
@@ -74,18 +58,12 @@ function run:start(only)
   local options = self.options
   options.number = options.number + 1
   local base = ("%s/%d"):format(options.folder, options.number)
-  local holes = { BASE = shell.quoted(base),
-    COMMAND = words_of(self.entry.file.path, only, options) }
-  assert(host.file.write_atomic(base .. ".sh", (SCRIPT:gsub("%f[%u]%u+%f[%U]", holes))))
-  for _, name in ipairs { "out", "err", "rc" } do
-    self[name] = assert(io.open(("%s.%s"):format(base, name), "w+b"))
-  end
+  self.child = child.start(words_of(self.entry.file.path, only, options), base)
   self.instances, self.open = only or self.entry.instances, {}
   self.now, self.hung, self.ended, self.rest = nil, nil, false, ""
   for _, instance in ipairs(self.instances) do
     self.open[report.valid_text(runner.title(instance))] = instance
   end
-  self.pipe = assert(io.popen(("exec sh %s.sh 2>/dev/null"):format(holes.BASE), "w"))
 end
 
 function run:print(text, is_error)
@@ -112,8 +90,8 @@ end
 
 -- Takes new output; false without any.
 function run:read()
-  local new = self.out:read(MOST)
-  local errors = self.err:read(MOST)
+  local new = self.child.out:read(MOST)
+  local errors = self.child.err:read(MOST)
   -- the interrupt that ended it writes a message too
   if errors and not self.hung then self:print(errors, true) end
   local text, at = self.rest .. (new or ""), 1
@@ -164,29 +142,23 @@ function run:over(status)
   end
 end
 
--- Ends the process, if it still runs: its status.
-function run:close()
-  self.pipe:close()
-  self.pipe = nil
-  return self.rc:read "*l"
-end
-
 function run:look()
-  if not self.pipe then return end
-  local status = self.rc:read "*l"
+  if not self.child then return end
+  local status = self.child:status()
   self:read()
   local now = self.now
   if status then
-    self:close()
+    self.child:close()
   elseif now and now.limit and host.clock() - now.since > now.limit + GRACE then
     self.hung = now
-    status = self:close()
+    status = self.child:close()
   else
     return
   end
   -- output between the last look and the end
   while self:read() do end
-  for _, name in ipairs { "out", "err", "rc" } do self[name]:close() end
+  self.child:close_files()
+  self.child = nil
   self:over(status)
 end
 
@@ -200,7 +172,7 @@ end
 
 local function count_active(running)
   local count = 0
-  for _, one in ipairs(running) do count = count + (one.pipe and 1 or 0) end
+  for _, one in ipairs(running) do count = count + (one.child and 1 or 0) end
   return count
 end
 
@@ -215,9 +187,7 @@ end
 ---@param options limax.test_processes_options
 ---@param take fun(event: limax.test_event)
 function processes.run_all(plan, options, take)
-  options.folder, options.number = os.tmpname(), 0
-  os.remove(options.folder)
-  assert(host.file.mkdir(options.folder))
+  options.folder, options.number = child.folder(), 0
   local running, next_file = {}, 1
   local fine, message, trace = host.protect(function()
     while next_file <= #plan.files or #running > 0 do
@@ -237,19 +207,16 @@ function processes.run_all(plan, options, take)
             take(event)
           end
         end
-        if running[1].pipe then break end
+        if running[1].child then break end
         table.remove(running, 1)
       end
       if #running > 0 then host.wait(POLL_INTERVAL) end
     end
   end)
   for _, one in ipairs(running) do
-    if one.pipe then one:close() end
+    if one.child then one.child:close() end
   end
-  for _, name in ipairs(host.file.list(options.folder) or {}) do
-    host.file.remove(options.folder .. "/" .. name)
-  end
-  host.file.remove(options.folder)
+  child.remove_folder(options.folder)
   if not fine then error(message == host.interrupt and message or trace or message, 0) end
 end
 
