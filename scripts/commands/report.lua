@@ -60,7 +60,7 @@ function command.run(arguments)
     output.write(("%s: %s\n"):format(shell.path(arguments.figures), table.concat(names, ", ")))
     if not arguments.out then return 0 end
   end
-  local path = page_path(arguments.out, folders[1].path)
+  local path = page_path(arguments.out, (arguments[1]:gsub("(.)/+$", "%1")))
   local text = page.text(folders, options)
   source.write(path, text)
   output.write(("%s: %.0f kB\n"):format(shell.path(path), #text / 1000))

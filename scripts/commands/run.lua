@@ -84,6 +84,10 @@ local function checked(value, path)
     .. " { ... }`; a script that runs by itself is started by: limax %s"):format(path, path))
 end
 
+--- The experiment of a script.
+---@return limax.experiment
+function command.experiment_of(path) return checked(script.run(path), path) end
+
 -- The changes that the options make: the tier first, so that --set overrides it.
 local function changes_of(arguments)
   local changes = arguments.accuracy and tiers.overrides(arguments.accuracy) or {}
@@ -343,7 +347,7 @@ function command.run(arguments)
     if arguments[name] then failure.raise(2, ("--%s belongs to --resume"):format(name)) end
   end
   if not file then failure.raise(2, "limax run: expected a FILE, or --resume DIR") end
-  return command.run_experiment(checked(script.run(file), file), arguments)
+  return command.run_experiment(command.experiment_of(file), arguments)
 end
 
 return command

@@ -206,7 +206,9 @@ local rules = {
   },
   study = record {
     runs = required(list(record { path = required(text), arm = text, donor = text,
-      tuning_evaluations = count }, "a list of runs")),
+      tuning_evaluations = count, repetition = count, changes = list(text, "a list of texts") },
+      "a list of runs")),
+    script = record { path = required(text), sha256 = required(text) },
   },
 }
 

@@ -411,7 +411,8 @@ end
 suite:test("every file that a page names exists", function(t)
   for _, page in ipairs { "engine/README.md", "engine/PERFORMANCE.md", "engine/PHYSICS.md",
     "prompts/README.md", "scripts/lib/supervise/llm/README.md", "scripts/ACCURACY.md",
-    "scripts/CONVERT.md", "scripts/RUN_FOLDER.md", "scripts/SUPERVISION.md", unpack(READMES) } do
+    "scripts/CONVERT.md", "scripts/RUN_FOLDER.md", "scripts/SUPERVISION.md",
+    "scripts/CLUSTER.md", unpack(READMES) } do
     local base = host.home .. "/" .. (page:match "^(.*/)[^/]*$" or "")
     local text = text_of(page)
     local function check(path)

@@ -132,8 +132,8 @@ end
 ---@field name string
 ---@field runs limax.report.run[]
 
---- Runs as arms, as `limax compare` groups them; where it would refuse, each folder is an arm, and
---- the second result is the reason.
+--- Runs as arms, as `limax compare` groups them; where it would refuse, each folder is an arm,
+--- except in a study, which names its arms, and the second result is the reason.
 ---@return limax.report.arm[]
 ---@return string|nil message
 function runs.arms(folders)
@@ -147,11 +147,16 @@ function runs.arms(folders)
     for _, arm in ipairs(groups) do arm.name = terminal.word(arm.name) end
     return groups
   end
-  local list = {}
+  local list, of_study = {}, {}
   for _, folder in ipairs(folders) do
-    if #folder.runs > 0 then
-      list[#list + 1] = { name = terminal.word(source.name_of(folder.path)), runs = folder.runs }
+    local first = folder.runs[1]
+    local arm = first and of_study[first.arm]
+    if first and not arm then
+      arm = { name = terminal.word(first.arm or source.name_of(folder.path)), runs = {} }
+      list[#list + 1] = arm
+      if first.arm then of_study[first.arm] = arm end
     end
+    for _, run in ipairs(folder.runs) do table.insert(arm.runs, run) end
   end
   return list, failure.bare(groups)
 end

@@ -23,8 +23,9 @@ function cells.is_done(path)
   return runs.is_folder(path) and runs.read(path).status.state == "done"
 end
 
--- The result of a run folder with one repetition.
-local function result_of(path)
+--- The result of a run folder with one repetition.
+---@return limax.study.result
+function cells.result(path)
   local run = runs.read(path).runs[1]
   local result = { evaluations = run.evaluations, generations = #run.lines }
   for _, line in ipairs(run.lines) do result.best = line.best_standard or result.best end
@@ -51,7 +52,7 @@ function cells.run(options)
     folder = run_folder.create(path, experiment, { repetition = repetition })
   else
     check(path, config)
-    if cells.is_done(path) then return result_of(path) end
+    if cells.is_done(path) then return cells.result(path) end
     folder = run_folder.open(path)
     folder:continue(config, scripts, false)
   end
@@ -62,7 +63,7 @@ function cells.run(options)
   run:finish()
   folder:status "done"
   folder:close()
-  return result_of(path)
+  return cells.result(path)
 end
 
 -- The run of a cell that is done, with its history.

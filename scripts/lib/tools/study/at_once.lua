@@ -1,0 +1,98 @@
+--- at_once.lua: runs of a sweep in child processes of the same executable, several at a time.
+
+local cells = require "limax.tools.study.cells"
+local child = require "limax.base.child"
+local host = require "limax.host"
+local sweep = require "limax.tools.study.sweep"
+
+local at_once = {}
+
+-- s between polls of the children
+local POLL_INTERVAL = 0.05
+-- the longest messages of a child that are printed, bytes
+local MOST_TEXT = 2 ^ 16
+
+-- The share of a place, as CUDA_VISIBLE_DEVICES names GPUs: each place has at least one, and each
+-- GPU is used.
+local function gpus_of(place, settings)
+  local list = {}
+  for k, name in ipairs(settings.gpus) do
+    if (k - place) % math.min(settings.places, #settings.gpus) == 0 then list[#list + 1] = name end
+  end
+  return table.concat(list, ",")
+end
+
+-- A line about a run that has ended, and its messages.
+local function report(self, state, status, settings)
+  local run = self.runs[state.number]
+  local errors = state.child.err
+  errors:seek "set"
+  local text = errors:read(MOST_TEXT) or ""
+  state.child:close_files()
+  local what
+  if status ~= "0" then
+    what = ("FAILED with status %s\n%s"):format(status, text)
+  elseif not sweep.is_done(self, run) then
+    what = "in use by another process"
+  else
+    local result = cells.result(self.out .. "/" .. run.path)
+    what = ("%d generations, %d evaluations, best %s, %.1f s"):format(result.generations,
+      result.evaluations, result.best and ("%.4g"):format(result.best) or "-",
+      host.clock() - state.began)
+    for line in text:gmatch "[^\n]+" do settings.warn(line) end
+  end
+  settings.say(("[%d/%d] %s: %s"):format(state.number, #self.runs, run.path, what),
+    status ~= "0")
+  return status == "0"
+end
+
+---@class limax.at_once.settings
+---@field numbers integer[] of the runs
+---@field places integer runs at a time
+---@field threads integer of each run
+---@field device string
+---@field gpus string[] of which each run sees its share
+---@field say fun(text: string, is_failure: boolean) receives a line per run
+---@field warn fun(text: string) receives each warning of a run
+
+--- Runs these runs of a sweep, and ends all children before it returns or raises.
+---@param self limax.sweep
+---@param settings limax.at_once.settings
+---@return integer failed
+function at_once.run(self, settings)
+  local folder, next_run, failed, busy = child.folder(), 1, 0, {}
+  local function start(place)
+    local number = settings.numbers[next_run]
+    next_run = next_run + 1
+    local words = sweep.command(self, number, { threads = settings.threads,
+      device = settings.device }) .. " --quiet"
+    if settings.gpus[1] then
+      words = ("env CUDA_VISIBLE_DEVICES=%s %s"):format(gpus_of(place, settings), words)
+    end
+    busy[place] = { number = number, began = host.clock(),
+      child = child.start(words, ("%s/%d"):format(folder, number)) }
+  end
+  local fine, value, trace = host.protect(function()
+    repeat
+      for place = 1, settings.places do
+        local state = busy[place]
+        local status = state and state.child:status()
+        if status then
+          busy[place] = nil
+          state.child:close()
+          if not report(self, state, status, settings) then failed = failed + 1 end
+        end
+        if not busy[place] and settings.numbers[next_run] then start(place) end
+      end
+      host.wait(POLL_INTERVAL)
+    until not next(busy)
+  end)
+  -- all are interrupted before the first is waited for
+  for _, state in pairs(busy) do state.child:interrupt() end
+  for _, state in pairs(busy) do state.child:close() end
+  child.remove_folder(folder)
+  if not fine then error(value == host.interrupt and value or trace or value, 0) end
+  return failed
+end
+
+return at_once

@@ -1,0 +1,217 @@
+--- sweep.lua: runs of one experiment for every point of a grid and every repetition. A sweep is a
+--- folder with study.json, which `limax compare` and `limax report` read; each run is a run folder
+--- in it. A process that computes a run holds a lock in `.locks` as long as it lives.
+
+local cells = require "limax.tools.study.cells"
+local choice = require "limax.base.choice"
+local failure = require "limax.base.failure"
+local folders = require "limax.tools.report.runs"
+local grid = require "limax.tools.study.grid"
+local host = require "limax.host"
+local run_configuration = require "limax.run.run_configuration"
+local run_files = require "limax.settings.run_files"
+local shell = require "limax.base.shell"
+local source = require "limax.base.source"
+
+local sweep = {}
+
+-- The most runs of a sweep.
+local MOST_RUNS = 100000
+
+---@class limax.sweep
+---@field out string absolute path of its folder
+---@field script { path: string, sha256: string } of the script and the files that it requires
+---@field runs limax.sweep.run[]
+
+---@class limax.sweep.run
+---@field path string below the sweep's folder
+---@field arm string
+---@field repetition integer
+---@field changes string[] "path=value"
+
+-- A hash of the script and of the files that it requires.
+local function digest(experiment)
+  local hashes = {}
+  local _, scripts = run_configuration.of(experiment, {})
+  for k, copy in ipairs(scripts) do hashes[k] = copy.sha256 end
+  return host.sha256(table.concat(hashes, "\n"))
+end
+
+local function place(out) return out .. "/" .. folders.STUDY end
+
+-- The sweep in a folder.
+local function read(out)
+  local document = run_files.document(place(out), "study")
+  if not document.script then
+    failure.raise(2, ("%s holds a study, not a sweep; the script that began it continues it")
+      :format(out))
+  end
+  return { out = out, script = document.script, runs = document.runs }
+end
+
+--- The sweep in a folder; ends the command where there is none.
+---@return limax.sweep
+function sweep.open(out)
+  out = host.file.absolute(out)
+  if host.file.exists(place(out)) ~= "file" then
+    failure.raise(2, ("%s holds no sweep: there is no %s; begin one with: limax sweep FILE --set"
+      .. " PATH=VALUE,VALUE --out DIR"):format(out, folders.STUDY))
+  end
+  return read(out)
+end
+
+--- The command that goes on with a sweep.
+function sweep.resume_command(self)
+  return ("%s sweep --resume %s"):format(shell.program(), shell.path(self.out))
+end
+
+-- Refuses a script that would make the runs of one sweep incomparable.
+local function check_script(self, experiment)
+  if digest(experiment) == self.script.sha256 then return end
+  failure.raise(2, ("%s, or a file that it requires, has changed since the sweep in %s began;"
+    .. " restore it, or begin another sweep with another --out"):format(self.script.path,
+    self.out))
+end
+
+-- Takes the numbers of the runs that a folder already has; new ones follow them.
+local function extend(self, earlier)
+  local by_path, list, known = {}, earlier.runs, {}
+  for _, run in ipairs(self.runs) do by_path[run.path] = run end
+  for _, run in ipairs(list) do
+    local now = by_path[run.path]
+    known[run.path] = true
+    if not now or table.concat(now.changes, "\n") ~= table.concat(run.changes, "\n") then
+      failure.raise(2, ("%s holds another sweep, with %s (%s); continue it with: %s, or add to its"
+        .. " lists, or name another --out"):format(self.out, run.path,
+        table.concat(run.changes, " "), sweep.resume_command(self)))
+    end
+  end
+  for _, run in ipairs(self.runs) do
+    if not known[run.path] then list[#list + 1] = run end
+  end
+  self.runs = list
+end
+
+--- Plans a sweep, checks every configuration, and writes the plan into its folder. A folder with a
+--- sweep that this one contains is extended.
+---@param experiment limax.experiment
+---@param options { out: string, set: string[], repetitions: integer|nil }
+---@return limax.sweep
+function sweep.plan(experiment, options)
+  local out = host.file.absolute(options.out)
+  local fields = grid.fields(options.set)
+  local repetitions = options.repetitions or experiment.config.repetitions
+  if grid.size(fields) * repetitions > MOST_RUNS then
+    failure.raise(2, ("%d settings with %d repetitions are more than %d runs; divide the lists"
+      .. " among several sweeps"):format(grid.size(fields), repetitions, MOST_RUNS))
+  end
+  local points = grid.points(fields, experiment.config.name)
+  for _, point in ipairs(points) do
+    experiment:override { ("repetitions=%d"):format(repetitions), unpack(point.changes) }
+  end
+  local self = { out = out, runs = {},
+    script = { path = experiment.origin, sha256 = digest(experiment) } }
+  -- repetition by repetition, so that a sweep that is stopped can be compared
+  for repetition = 1, repetitions do
+    for _, point in ipairs(points) do
+      table.insert(self.runs, { path = ("%s/r%02d"):format(point.folder, repetition),
+        arm = point.arm, repetition = repetition, changes = host.json.array(point.changes) })
+    end
+  end
+  if host.file.exists(place(out)) then
+    local earlier = read(out)
+    check_script(earlier, experiment)
+    extend(self, earlier)
+  end
+  local made, message = host.file.mkdir(out .. "/.locks")
+  if not made then failure.raise(2, message) end
+  source.write(place(out), host.json.encode({ schema = "limax.study/1", script = self.script,
+    runs = host.json.array(self.runs) }, { indent = 2 }) .. "\n")
+  return self
+end
+
+--- Is this run done?
+---@param run limax.sweep.run
+function sweep.is_done(self, run) return cells.is_done(self.out .. "/" .. run.path) end
+
+--- The numbers of the runs that are not done.
+---@return integer[]
+function sweep.left(self)
+  local list = {}
+  for k, run in ipairs(self.runs) do
+    if not sweep.is_done(self, run) then list[#list + 1] = k end
+  end
+  return list
+end
+
+--- Takes a run for this process, until its end; nil where another process has it.
+---@param number integer
+---@return limax.host.lock|nil
+function sweep.claim(self, number)
+  local lock, message = host.file.lock(("%s/.locks/%d"):format(self.out, number))
+  if lock or message:find("in use by another process", 1, true) then return lock end
+  failure.raise(1, message)
+end
+
+--- Refuses to compute with another script than that of the other runs.
+---@param self limax.sweep
+---@param load fun(path: string): limax.experiment
+---@return limax.experiment
+function sweep.experiment(self, load)
+  local experiment = load(self.script.path)
+  check_script(self, experiment)
+  return experiment
+end
+
+--- The command line of a run.
+---@param number integer
+---@param options table<string, string|integer> by name
+---@return string words for a shell
+function sweep.command(self, number, options)
+  local words = { shell.quoted(host.executable), "sweep", "--resume", shell.quoted(self.out),
+    "--run", tostring(number) }
+  for _, name in ipairs(choice.sorted_keys(options)) do
+    words[#words + 1] = "--" .. name
+    words[#words + 1] = tostring(options[name])
+  end
+  return table.concat(words, " ")
+end
+
+-- Numbers in rising order as Slurm takes them: "1-4,7".
+local function ranges(numbers)
+  local parts, from = {}, nil
+  for k, number in ipairs(numbers) do
+    from = from or number
+    if numbers[k + 1] ~= number + 1 then
+      parts[#parts + 1] = from == number and tostring(from) or ("%d-%d"):format(from, number)
+      from = nil
+    end
+  end
+  return table.concat(parts, ",")
+end
+
+--- A job script of Slurm: an array with a task for each of these runs.
+---@param numbers integer[]
+---@param options { threads: integer, device: string }
+---@return string
+function sweep.slurm(self, numbers, options)
+  local out = self.out
+  return table.concat({
+    "#!/bin/sh",
+    "#SBATCH --job-name=" .. source.name_of(out):gsub("[^%w_.-]", "-"),
+    "#SBATCH --array=" .. ranges(numbers),
+    "#SBATCH --cpus-per-task=" .. options.threads,
+    options.device == "cuda" and "#SBATCH --gres=gpu:1" or "#SBATCH --ntasks=1",
+    ('#SBATCH --output="%s/slurm-%%A-%%a.log"'):format(out),
+    "#SBATCH --open-mode=append",
+    "#SBATCH --requeue",
+    "# interrupted 60 s before the time limit; the next submission goes on",
+    "#SBATCH --signal=B:INT@60",
+    ("# %d of %d runs are left; add your account, partition and time limit"):format(#numbers,
+      #self.runs),
+    "exec " .. sweep.command(self, "NUMBER", options):gsub("NUMBER", '"$SLURM_ARRAY_TASK_ID"'),
+    "",
+  }, "\n")
+end
+
+return sweep

@@ -1,0 +1,259 @@
+--- sweep.lua: `limax sweep`: its grid, its runs, what it prints for a cluster, and that it goes on
+--- without running anything twice; and the container file.
+
+local host = require "limax.host"
+local process = require "support.process"
+local source = require "limax.base.source"
+
+local suite = require("limax.test").suite "sweep"
+
+local EXPERIMENT = [[
+local limax = require "limax"
+return limax.experiment {
+  name = "try", lattice = { 2, 2, 2 }, population = 6, generations = GENERATIONS, repetitions = 1,
+  simulation = { duration = 0.1, settle = 0, accuracy = "preview" }, fitness = "distance",
+  scene = { gravity = true, ground = true },
+}
+]]
+
+local function begin(t, generations)
+  local folder = t:folder()
+  process.write(folder .. "/try.lua", (EXPERIMENT:gsub("GENERATIONS", generations or 2)))
+  return folder
+end
+
+local function sweep(t, folder, ...)
+  return process.completes(t, folder, { "sweep", "--device", "cpu", ... })
+end
+
+-- How many processes computed each run of a sweep, by its path.
+local function sessions(folder)
+  local counts = {}
+  for _, run in ipairs(host.json.decode(process.read(folder .. "/study.json")).runs) do
+    local text = process.read(("%s/%s/environment.json"):format(folder, run.path))
+    counts[run.path] = text ~= "" and #host.json.decode(text).sessions or 0
+  end
+  return counts
+end
+
+local function same_metrics(t, a, b)
+  t:ok(process.read(a .. "/metrics.jsonl") ~= "", a)
+  t:equal(process.read(a .. "/metrics.jsonl"), process.read(b .. "/metrics.jsonl"))
+end
+
+suite:test("every combination runs once, with the bytes of limax run, and can be extended",
+  { limit = 120 }, function(t)
+    local folder = begin(t)
+    local rates, sizes = "breeding.mutation_rate=0.05,0.1", "lattice=[2,2,2],[2, 2, 3]"
+    sweep(t, folder, "try.lua", "--out", "s", "--set", rates, "--set", sizes, "--repetitions", "2")
+    local rate, size = "breeding.mutation_rate=0.1", "lattice=[2, 2, 3]"
+    process.completes(t, folder, { "run", "try.lua", "-q", "--device", "cpu", "--out", "one",
+      "--set", rate, "--set", size, "--set", "repetitions=2", "--repetition", "2" })
+    same_metrics(t, folder .. "/one", folder .. "/s/mutation_rate=0.1,lattice=2,2,3/r02")
+    -- lattices cannot be compared; the report has an arm for each combination
+    process.completes(t, folder, { "report", "s", "--no-robots" })
+    local page = process.read(folder .. "/s/report.html")
+    t:ok(page:find("mutation_rate=0.1, la", 1, true), "names of arms")
+
+    local done = sweep(t, folder, "try.lua", "--out", "s", "--set", rates .. ",0.2", "--set", sizes,
+      "--repetitions", "3")
+    t:ok(done.stderr:find("^10 of 18 runs left"), done.stderr)
+    t:ok(done.stdout:find "^all 18 runs are done", done.stdout)
+    local runs = 0
+    for path, count in pairs(sessions(folder .. "/s")) do
+      t:equal(count, 1, path)
+      runs = runs + 1
+    end
+    t:equal(runs, 18)
+    done = sweep(t, folder, "--resume", "s")
+    t:equal(done.stderr, "")
+  end)
+
+suite:test("seeds are repetitions of an arm, which compare reads", { limit = 60 }, function(t)
+  local folder = begin(t)
+  sweep(t, folder, "try.lua", "--out", "s", "--set", "breeding.mutation_rate=0.05,0.1", "--set",
+    "seed=1,2", "--quiet")
+  local done = process.completes(t, folder, { "compare", "s" })
+  for _, rate in ipairs { "0.05", "0.1" } do
+    t:ok(done.stdout:find(("\nmutation_rate=%s +2 "):format(rate)), done.stdout)
+  end
+end)
+
+-- ---- going on -----------------------------------------------------------------------------------
+
+-- Starts a sweep of four runs and stops it by a signal while some run is on its way.
+local function stopped(t, signal)
+  local folder = begin(t, 40)
+  local child = process.start(folder, { "sweep", "try.lua", "--device", "cpu", "--out", "s",
+    "--set", "seed=1,2,3,4", "--jobs", "2" })
+  child:signal_when(signal, function()
+    return #process.read(folder .. "/s/seed=2/r01/metrics.jsonl") > 5000
+  end)
+  return folder, child:finish()
+end
+
+local function is_free(path)
+  local lock = host.file.lock(path)
+  if lock then lock:free() end
+  return lock ~= nil
+end
+
+-- Goes on with the sweep by two processes at a time, and looks for work that was done twice.
+local function continue(t, folder)
+  local before = sessions(folder .. "/s")
+  local other = process.start(folder, { "sweep", "--resume", "s", "--device", "cpu" })
+  local done = sweep(t, folder, "--resume", "s")
+  t:equal(other:finish(), 0)
+  t:ok(done.stdout:find "^all 4 runs" or done.stdout:find "other processes compute", done.stdout)
+  for path, count in pairs(sessions(folder .. "/s")) do
+    t:ok(count <= before[path] + 1, ("%s: %d processes"):format(path, count))
+  end
+  process.completes(t, folder, { "run", "try.lua", "-q", "--device", "cpu", "--out", "r", "--set",
+    "seed=2" })
+  same_metrics(t, folder .. "/r", folder .. "/s/seed=2/r01")
+end
+
+suite:test("Ctrl-C ends the runs, and two sweeps go on where it stopped", { limit = 120 },
+  function(t)
+    local folder, status, output, seconds = stopped(t, "INT")
+    t:equal(status, 130)
+    t:ok(output:find "interrupted.*\ncontinue with: [^\n]* sweep %-%-resume s\n", output)
+    t:ok(seconds < 3 + process.LATE, seconds)
+    t:ok(is_free(folder .. "/s/seed=2/r01"), "the run has ended too")
+    t:ok(process.read(folder .. "/s/seed=2/r01/STATUS"):find "interrupted", "its STATUS")
+    continue(t, folder)
+  end)
+
+suite:test("a killed sweep takes its runs with it, and goes on", { limit = 120 }, function(t)
+  local folder = stopped(t, "KILL")
+  local began = host.clock()
+  for _, seed in ipairs { 1, 2 } do
+    while not is_free(("%s/s/seed=%d/r01"):format(folder, seed)) do
+      t:ok(host.clock() - began < 6 + process.LATE, "a run goes on")
+      host.wait(0.05)
+    end
+  end
+  continue(t, folder)
+end)
+
+suite:test("a run that is done or in use is left alone; one that fails is reported", { limit = 60 },
+  function(t)
+    local folder = begin(t)
+    sweep(t, folder, "try.lua", "--out", "s", "--set", "seed=1,2", "--list")
+    local lock = assert(host.file.lock(folder .. "/s/.locks/1"))
+    local done = sweep(t, folder, "--resume", "s", "--jobs", "1")
+    t:ok(done.stderr:find("[1/2] seed=1/r01: in use by another process", 1, true), done.stderr)
+    t:ok(done.stdout:find "^1 of 2 runs are done; other processes", done.stdout)
+    done = sweep(t, folder, "--resume", "s", "--run", "2")
+    t:equal(done.stderr, "run 2, s/seed=2/r01, is done\n")
+    lock:free()
+    assert(host.file.mkdir(folder .. "/s/seed=1/r01/mine"))
+    done = process.ends(folder, { "sweep", "--resume", "s", "--device", "cpu" })
+    t:equal(done.status, 1)
+    t:ok(done.stderr:find "%[1/2%] seed=1/r01: FAILED with status 2\n.-limax: [^\n]*is used",
+      done.stderr)
+    t:ok(done.stderr:find "1 run failed\ncontinue with: ", done.stderr)
+  end)
+
+-- ---- clusters -----------------------------------------------------------------------------------
+
+suite:test("--slurm and --list print what computes the runs that are left", { limit = 60 },
+  function(t)
+    local folder = begin(t)
+    local words = { "try.lua", "--out", "it's", "--set", "seed=1,2,3" }
+    local lines = sweep(t, folder, "--list", unpack(words)).stdout
+    t:equal(select(2, lines:gsub("\n", "")), 3)
+    -- as GNU parallel does; the second one twice
+    local second = lines:match "\n([^\n]+)\n"
+    for _ = 1, 2 do t:equal(os.execute(second .. " -q >/dev/null 2>&1"), 0) end
+    t:equal(sessions(folder .. "/it's")["seed=2/r01"], 1)
+
+    local script = sweep(t, folder, "--slurm", "--threads", "2", unpack(words)).stdout
+    t:ok(script:find("^#!/bin/sh\n#SBATCH"), script)
+    t:ok(script:find("\n#SBATCH --array=1,3\n#SBATCH --cpus-per-task=2\n", 1, true), script)
+    process.write(folder .. "/array.sh", script)
+    for _, task in ipairs { 1, 3 } do
+      t:equal(os.execute(("SLURM_ARRAY_TASK_ID=%d sh %s >/dev/null 2>&1"):format(task,
+        process.quote(folder .. "/array.sh"))), 0)
+    end
+    local done = sweep(t, folder, "--slurm", unpack(words))
+    t:equal(done.stdout .. done.stderr, "all 3 runs are done\n")
+  end)
+
+-- ---- bad input ----------------------------------------------------------------------------------
+
+suite:test("bad input ends with one message before anything is written", { limit = 120 },
+  function(t)
+    local folder = begin(t)
+    local rate = "breeding.mutation_rate"
+    for expected, words in pairs {
+      [rate .. ": expected a number from 0 to 1 (per gene), got 2"] = { "--set", rate .. "=0.1,2" },
+      ['breeding.mutation_rat: unknown field; did you mean "mutation_rate"?'] =
+        { "--set", "breeding.mutation_rat=0.1,0.2" },
+      ["--set seed: expected PATH=VALUE,VALUE"] = { "--set", "seed" },
+      ["a value is missing; expected PATH=VALUE,VALUE"] = { "--set", "seed=1,,2" },
+      ["a bracket, brace or quotation mark has no counterpart"] = { "--set", "lattice=[2,2" },
+      ["are the same, or only differ in"] = { "--set", rate .. "=0.1,0.10" },
+      ["--set seed: given twice"] = { "--set", "seed=1", "--set", "seed=2" },
+      ["--set repetitions: its number is that of --repetitions N"] = { "--set", "repetitions=3" },
+      ["--repetitions: expected a whole number from 1 to 1000, got 0"] = { "--repetitions", "0" },
+      ["expected --out DIR"] = {},
+      ["--run belongs to --resume"] = { "--run", "1" },
+    } do
+      if expected ~= "expected --out DIR" then words = { "--out", "s", unpack(words) } end
+      local done = process.ends(folder, { "sweep", "try.lua", unpack(words) })
+      t:equal(done.status, 2)
+      t:ok(done.stderr:find(expected, 1, true) and not done.stderr:find "\n.", done.stderr)
+      t:equal(host.file.exists(folder .. "/s"), nil)
+    end
+  end)
+
+suite:test("a sweep with other lists or another script is refused", { limit = 60 }, function(t)
+  local folder = begin(t)
+  sweep(t, folder, "try.lua", "--out", "s", "--set", "seed=1,2", "--list")
+  local function refused(expected, ...)
+    local done = process.ends(folder, { "sweep", "--device", "cpu", ... })
+    t:equal(done.status, 2)
+    t:ok(done.stderr:find(expected, 1, true), done.stderr)
+  end
+  refused("holds another sweep, with seed=1/r01 (seed=1)", "try.lua", "--out", "s", "--set",
+    "seed=2,3")
+  refused("there is no study.json", "--resume", "nothing")
+  refused("--run 3: the sweep has 2 runs", "--resume", "s", "--run", "3")
+  process.write(folder .. "/try.lua", process.read(folder .. "/try.lua") .. "-- changed\n")
+  for _, words in ipairs { { "--resume", "s" }, { "--resume", "s", "--run", "1" },
+    { "try.lua", "--out", "s", "--set", "seed=1,2" } } do
+    refused("has changed since the sweep in", unpack(words))
+  end
+end)
+
+-- ---- the container ------------------------------------------------------------------------------
+
+suite:test("the container file has valid instructions, and packages only from setup.sh", function(t)
+  local dev = host.home .. "/scripts/dev/"
+  if not host.file.exists(dev .. "Containerfile") then t:skip "only in a source tree" end
+  local setup = assert(source.read(dev .. "setup.sh"))
+  local text = assert(source.read(dev .. "Containerfile")):gsub("#[^\n]*\n", ""):gsub("\\\n", " ")
+  local known, stages = { FROM = true, COPY = true, RUN = true, WORKDIR = true,
+    ENTRYPOINT = true }, {}
+  for line in text:gmatch "[^\n]+" do
+    local word, rest = line:match "^(%u+) (%S.*)$"
+    t:ok(known[word], line)
+    if word == "FROM" then
+      t:ok(rest:match "^debian:12%f[^%d]", line)
+      stages[rest:match " AS (%w+)$" or ""] = true
+    elseif word == "COPY" and rest:match "^%-%-" then
+      t:ok(stages[rest:match "^%-%-from=(%w+) "], line)
+    elseif word == "RUN" then
+      for script in rest:gmatch "/limax/(scripts/%S+)" do
+        t:equal(host.file.exists(host.home .. "/" .. script), "file")
+        t:ok(assert(source.read(host.home .. "/" .. script)):find("setup.sh", 1, true), script)
+      end
+      for package in (rest:match "apt%-get install ([^&]*)" or ""):gmatch "%f[%S][^%-%s]%S*" do
+        t:ok(package:match "%.deb$" or setup:find(package, 1, true), package)
+      end
+    end
+  end
+end)
+
+return suite
