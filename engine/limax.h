@@ -46,7 +46,7 @@ typedef enum limax_status {
 } limax_status;
 
 enum {
-    LIMAX_ABI = 9, /* raised whenever a declaration of this file changes */
+    LIMAX_ABI = 10, /* raised whenever a declaration of this file changes */
     LIMAX_MAX_MATERIALS = 16,
     LIMAX_MAX_HIDDEN = 8
 };
@@ -374,6 +374,11 @@ typedef enum limax_precision {
 
 typedef enum limax_sharing { LIMAX_SHARING_MEAN = 0, LIMAX_SHARING_SUM = 1 } limax_sharing;
 
+/* What the bound of an automatic step adds up for a mass: the springs that it has one by one, or
+ * voxel by voxel, whose springs cannot all stretch at the same time: steps are 1.2 times as long.
+ */
+typedef enum limax_bound { LIMAX_BOUND_SPRINGS = 0, LIMAX_BOUND_VOXELS = 1 } limax_bound;
+
 typedef enum limax_trace_kind {
     LIMAX_TRACE_CENTER_OF_MASS = 0, /* [sample][3], m */
     LIMAX_TRACE_POSITION = 1,       /* [sample][mass][3], m */
@@ -396,6 +401,7 @@ typedef struct limax_simulation_options {
     int32_t precision;  /* limax_precision */
     int32_t sharing;    /* limax_sharing */
     int32_t record[8]; /* samples per second of each limax_trace_kind, 0 for none, at most 100000 */
+    int32_t bound;     /* limax_bound; used when time_step is 0 */
     double duration;   /* s from t = 0, when actuation starts, to the end; up to 1e6 */
     double settle;     /* s before t = 0, without actuation */
     /* s; 0 takes bound_fraction of each body's own bound, but no more than keeps every mass from

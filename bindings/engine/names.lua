@@ -26,6 +26,7 @@ names.network = enumeration("NETWORK_", "fourier", "cppn", "direct", "none")
 names.integrator = enumeration("", "symplectic_euler", "leapfrog", "rk4", "xpbd")
 names.precision = enumeration("", "single", "compensated", "mixed", "double")
 names.sharing = enumeration("SHARING_", "mean", "sum")
+names.bound = enumeration("BOUND_", "springs", "voxels")
 names.robot_status = enumeration("ROBOT_", "skipped", "running", "done", "invalid", "diverged")
 names.divergence = enumeration("", "nonfinite", "speed", "stretch")
 names.trace = enumeration("TRACE_", "center_of_mass", "position", "velocity", "contact", "energy",

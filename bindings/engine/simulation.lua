@@ -24,7 +24,7 @@ local methods = class.methods
 -- seconds of one slice of run(): short enough for progress and Ctrl-C
 local SLICE = 0.05
 
-local CHOICES = { "integrator", "precision", "sharing" }
+local CHOICES = { "integrator", "precision", "sharing", "bound" }
 
 local rules, rates, numbers = {}, {}, fields.of "simulation"
 for _, name in ipairs(names.trace.names) do rates[name] = schema.number(numbers.record) end

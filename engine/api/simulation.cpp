@@ -134,6 +134,7 @@ void limax_simulation_defaults(limax_simulation_options* out) {
         out->integrator = LIMAX_LEAPFROG;
         out->precision = LIMAX_COMPENSATED;
         out->sharing = LIMAX_SHARING_MEAN;
+        out->bound = LIMAX_BOUND_SPRINGS;
         const auto value = [](const char* name) {
             return limax::field_named(limax::simulation_fields, name).value[0];
         };

@@ -33,9 +33,8 @@ void require_smooth(const scene& scene) {
     std::string rough;
     effects::for_each([&]<class E>(E) {
         if (scene.has(effects::index_of<E>) &&
-            (effects::is_contact<E> ||
-             (E::hooks & (effects::hook_face | effects::hook_slip | effects::hook_meet |
-                          effects::hook_solid))))
+            (effects::is_contact<E> || (E::hooks & (effects::hook_face | effects::hook_slip |
+                                                    effects::hook_meet | effects::hook_solid))))
             rough += (rough.empty() ? "" : " and ") + std::string(E::name);
     });
     if (!rough.empty())
@@ -116,6 +115,7 @@ void check_options(const limax_simulation_options& options, const scene& scene) 
     require_choice("integrator", options.integrator, 4);
     require_choice("precision", options.precision, 4);
     require_choice("sharing", options.sharing, 2);
+    require_choice("bound", options.bound, 2);
     const auto check = [](const char* name, double value, const char* label = nullptr) {
         require_field(simulation_fields, name, value, label);
     };

@@ -17,6 +17,8 @@ struct direction {
 };
 
 inline constexpr int direction_count = 13;
+// The directions from this one on are space diagonals, which belong to one voxel each.
+inline constexpr int first_space_diagonal = 9;
 
 // A function, because device code cannot index a table of the host at run time.
 LIMAX_LAW constexpr direction direction_at(int number) {

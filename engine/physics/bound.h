@@ -29,6 +29,16 @@
 //   order (scripts/ACCURACY.md) up to q = 8:
 //       dt < 2 q / (B + sqrt(B^2 + 4 q A)), A and B of the springs only.
 //   Whatever else acts on a mass is explicit there and bounds the step as in symplectic Euler.
+//
+// Bounded by voxels, A and B leave out the space diagonals. A spring adds at most k |x_i - x_j|^2
+// to x.K x, for which the sums above take 2 k (|x_i|^2 + |x_j|^2). But the corners of a voxel of
+// stiffness k are joined all with all: with k / 4 of each of its springs (an edge has up to four
+// owners) sum |x_i - x_j|^2 = 8 sum |x_i|^2 - |sum x_i|^2 over its 8 corners takes 2 k of each
+// corner instead of 7/2 k, and another k / 4 of its face diagonals (up to two owners), which join
+// two sets of 4 corners all with all, k instead of 3/2 k. So each corner has 2 k less, which is
+// what its one space diagonal adds. For B the same holds with t k in place of k, t the least c / k
+// of all springs: t times the stiffness of a spring is at most its c.
+//
 // It is a result about the frozen linear system in every such pose, not about switching contacts:
 // the run-time guard stays.
 #pragma once
@@ -71,6 +81,8 @@ struct spring_constants {
     const float* stiffness;  // N/m; 0 where there is no spring
     const float* damping;    // N s/m
     int64_t stride;
+    bool by_voxels = false;
+    double least_time = 0;  // of damping_time of all springs, s; where by_voxels
 };
 
 // Whether an effect bounds springs rather than masses.
@@ -90,17 +102,25 @@ LIMAX_LAW effects::stiffness_damping bound_of_mass(const typename E::template pa
         return E::bound(p, mass);
 }
 
-// What the spring at `slot` adds to the sums of one of its ends.
+// c / k of a spring, s; infinite where there is none.
+LIMAX_LAW double damping_time(float stiffness, float damping) {
+    return stiffness > 0 ? double(damping) / double(stiffness)
+                         : bits_as<double>(uint64_t(0x7ff) << 52);
+}
+
+// What the spring along direction `d` at `slot` adds to the sums of one of its ends.
 template <class Scene>
-LIMAX_LAW void add_spring_bound(const Scene& scene, const spring_constants& springs, int64_t slot,
-                                effects::stiffness_damping& sum) {
+LIMAX_LAW void add_spring_bound(const Scene& scene, const spring_constants& springs, int d,
+                                int64_t slot, effects::stiffness_damping& sum) {
     if (springs.stiffness[slot] == 0) return;
+    const double stiffness = double(springs.stiffness[slot]);
+    const double damping = springs.damping ? double(springs.damping[slot]) : 0.0;
+    const double less = springs.by_voxels && d >= first_space_diagonal ? stiffness : 0.0;
     effects::for_each([&]<class E>(E) {
         if constexpr (bounds_springs<E>) {
             if (!scene.has(effects::index_of<E>)) return;
             const effects::stiffness_damping most =
-                E::bound(double(springs.stiffness[slot]),
-                         springs.damping ? double(springs.damping[slot]) : 0.0);
+                E::bound(stiffness - less, damping - springs.least_time * less);
             sum.stiffness += 2.0 * most.stiffness;
             sum.damping += 2.0 * most.damping;
         }
@@ -141,8 +161,9 @@ LIMAX_LAW double stable_step_of_mass(const Scene& scene, scheme method, const la
     // direction by direction, the spring that ends here before the one that starts here
     for (int d = 0; d < direction_count; ++d) {
         const int64_t step = grid.step(direction_at(d));
-        if (site >= step) add_spring_bound(scene, springs, d * springs.stride + site - step, sum);
-        add_spring_bound(scene, springs, d * springs.stride + site, sum);
+        if (site >= step)
+            add_spring_bound(scene, springs, d, d * springs.stride + site - step, sum);
+        add_spring_bound(scene, springs, d, d * springs.stride + site, sum);
     }
     // of what is implicit, s
     double least = bits_as<double>(uint64_t(0x7ff) << 52);

@@ -56,8 +56,16 @@ double squared_arrival_speed(const effects::vector<double>& start, const double 
 
 }  // namespace
 
-double time_step_bound(const spring_body& body, const scene& scene, limax_integrator integrator) {
-    const spring_constants springs{body.stiffness.data(), body.damping.data(), body.count};
+double time_step_bound(const spring_body& body, const scene& scene, limax_integrator integrator,
+                       limax_bound kind) {
+    spring_constants springs{body.stiffness.data(), body.damping.data(), body.count};
+    springs.by_voxels = kind == LIMAX_BOUND_VOXELS && integrator != LIMAX_XPBD;
+    if (springs.by_voxels && springs.damping) {
+        springs.least_time = HUGE_VAL;
+        for (std::size_t slot = 0; slot < body.stiffness.size(); ++slot)
+            springs.least_time = std::min(
+                springs.least_time, damping_time(springs.stiffness[slot], springs.damping[slot]));
+    }
     const int across = body.grid.nx + 1, along = body.grid.ny + 1;
     double least = HUGE_VAL;
     for (int32_t i = 0; i < body.masses; ++i) {

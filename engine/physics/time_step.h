@@ -9,7 +9,8 @@
 namespace limax {
 
 // The bound of a body: the least over its masses; infinite where nothing acts on any. s.
-double time_step_bound(const spring_body& body, const scene& scene, limax_integrator integrator);
+double time_step_bound(const spring_body& body, const scene& scene, limax_integrator integrator,
+                       limax_bound kind = LIMAX_BOUND_SPRINGS);
 
 // How a run of one body falls on steps: dt = base / ceil(base / dt), base one over the least
 // common multiple of the record rates (at least 20 Hz), so that every sample and both ends lie on

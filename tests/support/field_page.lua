@@ -29,8 +29,9 @@ local function read(page, sections)
 end
 
 -- Fields of an experiment that a resolved one may lack, apart from the effects of a scene.
-local ABSENT = { ["simulation.bound_fraction"] = true, ["simulation.time_step_most"] = true,
-  ["supervision.ranges"] = true, ["genome.encoding"] = true, ["genome.mutation"] = true,
+local ABSENT = { ["simulation.bound"] = true, ["simulation.bound_fraction"] = true,
+  ["simulation.time_step_most"] = true, ["supervision.ranges"] = true,
+  ["genome.encoding"] = true, ["genome.mutation"] = true,
   ["genome.crossover"] = true }
 
 --- Tables of the run folder's page by the heading above them: rows with `names` (first cell),

@@ -22,7 +22,8 @@ constexpr int64_t sites_per_look = 16384;
 // The steps of a robot with this body, and their outcome.
 schedule planned(const simulation_setup& setup, const spring_body& body, limax_outcome& outcome) {
     outcome.time_step_bound =
-        time_step_bound(body, setup.scene, limax_integrator(setup.options.integrator));
+        time_step_bound(body, setup.scene, limax_integrator(setup.options.integrator),
+                        limax_bound(setup.options.bound));
     const schedule plan = make_schedule(setup.options, setup.scene, outcome.time_step_bound);
     outcome.status = LIMAX_ROBOT_RUNNING;
     outcome.steps = plan.steps;

@@ -29,7 +29,8 @@ for _, name in ipairs(settings.of_tier) do is_setting[name] = true end
 --- tier. Raises at `level` where the setting is not valid.
 ---@param config table of the experiment
 ---@param setting { accuracy: string|nil, integrator: string|nil, precision: string|nil,
---- time_step: number|"auto"|nil, bound_fraction: number|nil, time_step_most: number|nil }
+--- time_step: number|"auto"|nil, bound: "springs"|"voxels"|nil,
+--- bound_fraction: number|nil, time_step_most: number|nil }
 ---@param level integer|nil 1 is the caller of this function
 ---@return table
 function rescore.options(config, setting, level)

@@ -15,7 +15,7 @@ local ROBOTS, LOSS = 8, 0.05
 -- The setting of half the step, of a trial's `simulation`.
 local function half(simulation)
   local result = {}
-  for _, name in ipairs { "time_step", "bound_fraction", "time_step_most" } do
+  for _, name in ipairs { "time_step", "bound", "bound_fraction", "time_step_most" } do
     local value = simulation[name]
     result[name] = type(value) == "number" and value / 2 or value
   end

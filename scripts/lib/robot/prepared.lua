@@ -63,6 +63,7 @@ end
 ---@field integrator? "leapfrog"|"rk4"|"symplectic_euler"|"xpbd"
 ---@field precision? "compensated"|"double"|"mixed"|"single"
 ---@field time_step? number|"auto" s
+---@field bound? "springs"|"voxels" of an "auto" step
 ---@field bound_fraction? number of the body's bound, for "auto"
 ---@field time_step_most? number s, for "auto"
 ---@field sharing? "mean"|"sum" of the stiffness of a spring's voxels

@@ -88,6 +88,7 @@ defaults.traces = names.trace.names
 defaults.integrators = sorted(names.integrator.names)
 defaults.precisions = sorted(names.precision.names)
 defaults.sharings = names.sharing.names
+defaults.bounds = names.bound.names
 --- Which islands send robots to an island; the first is the default.
 defaults.topologies = { "ring", "complete", "random" }
 
@@ -111,7 +112,7 @@ defaults.supervisor = "rules"
 --- tier has one, so that it still falls on whole samples and never passes a body's own bound.
 defaults.tiers = {
   preview = { integrator = "leapfrog", precision = "single", time_step = "auto",
-    bound_fraction = 0.9, time_step_most = 0 },
+    bound = "voxels", bound_fraction = 0.9, time_step_most = 0 },
   evolve = { integrator = "leapfrog", precision = "compensated", time_step = "auto",
     bound_fraction = 0.45, time_step_most = 2e-4 },
   publish = { integrator = "leapfrog", precision = "compensated", time_step = "auto",

@@ -40,7 +40,8 @@ end
 local function simulation(value, path)
   local result, message = complete(settings.simulation)(value, path)
   for _, name in ipairs(result and settings.of_tier or {}) do
-    local needless = type(value.time_step) == "number"
+    -- without `bound` a step is bounded by springs
+    local needless = name == "bound" or type(value.time_step) == "number"
       and (name == "bound_fraction" or name == "time_step_most")
     if value[name] == nil and not needless then
       return nil, ("%s.%s: is missing"):format(path, name)

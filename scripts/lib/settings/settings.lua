@@ -10,7 +10,14 @@ local settings = {}
 local fields = defaults.fields.simulation
 
 --- What a tier sets, and what an override that names a tier resets.
-settings.of_tier = { "integrator", "precision", "time_step", "bound_fraction", "time_step_most" }
+settings.of_tier = { "integrator", "precision", "time_step", "bound", "bound_fraction",
+  "time_step_most" }
+--- Those that only an automatic step uses.
+settings.of_auto = { "bound", "bound_fraction", "time_step_most" }
+
+local function forget_auto(simulation)
+  for _, name in ipairs(settings.of_auto) do simulation[name] = nil end
+end
 
 --- The rule of a field that may be absent.
 ---@param rule schema.rule
@@ -42,6 +49,7 @@ local rules = {
   accuracy = choice({ "preview", "evolve", "publish", "reference" }, defaults.accuracy),
   integrator = optional(schema.choice(defaults.integrators)),
   precision = optional(schema.choice(defaults.precisions)),
+  bound = optional(schema.choice(defaults.bounds)),
   sharing = choice(defaults.sharings, defaults.sharings[1]),
 }
 for name, field in pairs(fields) do rules[name] = schema.field(field) end
@@ -75,9 +83,7 @@ function settings.replaced(own, changes, names)
   for _, name in ipairs(names) do
     if changes[name] ~= nil then result[name] = changes[name] end
   end
-  if type(changes.time_step) == "number" then
-    result.bound_fraction, result.time_step_most = nil, nil
-  end
+  if type(changes.time_step) == "number" then forget_auto(result) end
   return result
 end
 
@@ -103,17 +109,17 @@ settings.of_trial.record = optional(schema.fields(own_rates))
 local function apply_tier(simulation)
   local tier = defaults.tiers[simulation.accuracy]
   -- `auto` in a script is the plain rule: 0.9 of the bound and no cap
-  local plain = simulation.time_step == "auto"
-  local fraction = plain and fields.bound_fraction.value or tier.bound_fraction
-  local most = plain and fields.time_step_most.value or tier.time_step_most
+  local auto = simulation.time_step == "auto" and { time_step_most = fields.time_step_most.value,
+    bound_fraction = fields.bound_fraction.value } or tier
   simulation.integrator = simulation.integrator or tier.integrator
   simulation.precision = simulation.precision or tier.precision
   simulation.time_step = simulation.time_step or tier.time_step
   if simulation.time_step == "auto" then
-    simulation.bound_fraction = simulation.bound_fraction or fraction
-    simulation.time_step_most = simulation.time_step_most or most
+    for _, name in ipairs(settings.of_auto) do
+      simulation[name] = simulation[name] or auto[name]
+    end
   else
-    simulation.bound_fraction, simulation.time_step_most = nil, nil
+    forget_auto(simulation)
   end
 end
 

@@ -109,8 +109,8 @@ end
 function tiers.describe(name)
   local tier = defaults.tiers[name]
   local most = tier.time_step_most > 0 and (", at most %g s"):format(tier.time_step_most) or ""
-  return ("%s, %s, %g of each body's bound%s"):format(tier.integrator, tier.precision,
-    tier.bound_fraction, most)
+  return ("%s, %s, %g of each body's bound%s%s"):format(tier.integrator, tier.precision,
+    tier.bound_fraction, tier.bound and " by " .. tier.bound or "", most)
 end
 
 --- Its error and cost, in one line.

@@ -62,8 +62,9 @@ constexpr double pi = 3.14159265358979323846;
 const limax_integrator integrators[] = {LIMAX_SYMPLECTIC_EULER, LIMAX_LEAPFROG};
 const limax_integrator every_integrator[] = {LIMAX_SYMPLECTIC_EULER, LIMAX_LEAPFROG, LIMAX_RK4};
 
-double bound_of(const stage& scene, limax_integrator integrator) {
-    return time_step_bound(scene.body(), scene.setup.scene, integrator);
+double bound_of(const stage& scene, limax_integrator integrator,
+                limax_bound kind = LIMAX_BOUND_SPRINGS) {
+    return time_step_bound(scene.body(), scene.setup.scene, integrator, kind);
 }
 
 // Throws every mass of a body at random: up to `deform` metres and `speed` metres per second.
@@ -148,6 +149,55 @@ TEST_CASE(
                 CHECK(bound >= (integrator == LIMAX_SYMPLECTIC_EULER ? 0.35 : 0.30) * limit);
             CHECK(bound >= 0.29 * limit);
         }
+}
+
+TEST_CASE("bounded by voxels, a step is longer and stable, in every pose") {
+    for (uint32_t seed = 1; seed <= 60; ++seed) {
+        CAPTURE(seed);
+        stage body(seed % 2 ? lattice{3, 2, 2} : lattice{2, 2, 2});
+        body.randomize(seed, seed % 3 == 0);
+        body.setup.options.sharing = seed % 5 ? LIMAX_SHARING_MEAN : LIMAX_SHARING_SUM;
+        // soft and stiff, light and heavy, damped and not
+        draws draw{seed};
+        for (limax_material& material : body.setup.materials) {
+            material.stiffness *= std::exp(3 * draw());
+            material.mass_per_site *= std::exp(draw());
+            material.damping_ratio = std::max(0.0, draw());
+        }
+        // x.K x <= sum of k |x_i - x_j|^2 in every pose: w^2 is at most the largest eigenvalue of
+        // that sum; for leapfrog without damping dt = 2 / w
+        const spring_body springs = body.body();
+        const int n = springs.masses;
+        std::vector<int> number(springs.grid.sites(), -1);
+        for (int i = 0; i < n; ++i) number[springs.sites[i]] = i;
+        Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(n, n);
+        for (int64_t slot = 0; slot < direction_count * springs.count; ++slot) {
+            const double k = springs.stiffness[slot];
+            if (k == 0) continue;
+            const int64_t site = slot % springs.count;
+            const int i = number[site],
+                      j = number[site + springs.grid.step(directions[slot / springs.count])];
+            const double a = springs.mass[springs.sites[i]], b = springs.mass[springs.sites[j]];
+            sum(i, i) += k / a;
+            sum(j, j) += k / b;
+            sum(i, j) -= k / std::sqrt(a * b);
+            sum(j, i) -= k / std::sqrt(a * b);
+        }
+        const double most =
+            Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(sum).eigenvalues().maxCoeff();
+        const double plain = bound_of(body, LIMAX_LEAPFROG);
+        const double longer = bound_of(body, LIMAX_LEAPFROG, LIMAX_BOUND_VOXELS);
+        CHECK(longer > 1.05 * plain);
+        CHECK(longer <= 2 / std::sqrt(most));
+        // with damping and ground, about rest
+        body.effects({"damping", "ground"});
+        for (const limax_integrator integrator : integrators) {
+            const double bound = bound_of(body, integrator, LIMAX_BOUND_VOXELS);
+            CHECK(bound >= bound_of(body, integrator));
+            if (seed <= 12)
+                CHECK(stepped_body(body, true, true).growth(integrator, bound) <= 1 + 1e-6);
+        }
+    }
 }
 
 TEST_CASE("XPBD: the softening of springs and explicit forces limit the step, contacts do not") {

@@ -46,8 +46,8 @@ end)
 
 suite:test("a tier is its parts, and an explicit field overrides one", function(t)
   local simulation = changed({ simulation = { accuracy = "preview" } }).config.simulation
-  t:equal({ simulation.integrator, simulation.precision, simulation.time_step },
-    { "leapfrog", "single", "auto" })
+  t:equal({ simulation.integrator, simulation.precision, simulation.time_step, simulation.bound },
+    { "leapfrog", "single", "auto", "voxels" })
   simulation = changed({ simulation = { precision = "double" } }).config.simulation
   t:equal({ simulation.precision, simulation.time_step_most, simulation.bound_fraction },
     { "double", 2e-4, 0.45 })
@@ -55,7 +55,8 @@ suite:test("a tier is its parts, and an explicit field overrides one", function(
   t:equal(simulation.time_step, 1e-4)
   t:equal(simulation.bound_fraction, nil)
   simulation = changed({ simulation = { time_step = "auto" } }).config.simulation
-  t:equal({ simulation.bound_fraction, simulation.time_step_most }, { 0.9, 0 })
+  t:equal({ simulation.bound, simulation.bound_fraction, simulation.time_step_most },
+    { nil, 0.9, 0 })
 end)
 
 suite:test("a duration is rounded up to whole samples, with a note", function(t)

@@ -43,7 +43,8 @@ struct robot_in_preparation {
     const prepare_arguments& launch;
     const lattice& grid;
     prepared_robot& prepared;
-    unsigned long long& least_step;  // s, as bits: positive numbers have the order of their bits
+    // s, as bits: positive numbers have the order of their bits
+    unsigned long long &least_step, &least_time;
     const int64_t sites;
     const voxel_body body;
     float *const mass, *const columns;  // columns of springs
@@ -51,11 +52,12 @@ struct robot_in_preparation {
     mass_real* const state;
 
     __device__ robot_in_preparation(const prepare_arguments& arguments, prepared_robot& record,
-                                    unsigned long long& bits)
+                                    unsigned long long& step, unsigned long long& time)
         : launch(arguments),
           grid(arguments.grid),
           prepared(record),
-          least_step(bits),
+          least_step(step),
+          least_time(time),
           sites(grid.sites()),
           body{grid,
                launch.voxels + launch.robots[blockIdx.x] * grid.voxels(),
@@ -103,8 +105,9 @@ struct robot_in_preparation {
         }
     }
 
-    // Parameters of all springs.
+    // Parameters of all springs, and the least c / k.
     __device__ void make_springs() const {
+        double least = bits_as<double>(0x7ffull << 52);
         for (int64_t slot = threadIdx.x; slot < direction_count * sites; slot += prepare_threads) {
             const int64_t site = slot % sites, row = site / (grid.nx + 1);
             const direction d = direction_at(int(slot / sites));
@@ -114,9 +117,12 @@ struct robot_in_preparation {
                 d, mass[site], far < sites ? mass[far] : 0.0f,
                 [&](int64_t voxel) { return share_of(body, voxel); });
             columns[slot] = spring.stiffness;
-            if constexpr (damped)
+            if constexpr (damped) {
                 columns[direction_count * sites + slot] =
                     launch.effects & effects::bit<effects::damping> ? spring.damping : 0.0f;
+                if (launch.by_voxels)
+                    least = smaller(least, damping_time(spring.stiffness, spring.damping));
+            }
             if constexpr (actuated) {
                 const bool moves = launch.effects & effects::bit<effects::actuation>;
                 columns[(spring_columns - 2) * direction_count * sites + slot] =
@@ -125,6 +131,7 @@ struct robot_in_preparation {
                     moves ? spring.cosine : 0.0f;
             }
         }
+        if (damped && launch.by_voxels) atomicMin(&least_time, bits_as<unsigned long long>(least));
     }
 
     // The mass of the lightest corner of each exposed face.
@@ -160,8 +167,9 @@ struct robot_in_preparation {
 
     // The first state, the bound on the time step of all masses, and which masses are held.
     __device__ void make_state() {
-        const spring_constants springs{columns,
-                                       damped ? columns + direction_count * sites : nullptr, sites};
+        const spring_constants springs{
+            columns, damped ? columns + direction_count * sites : nullptr, sites,
+            launch.by_voxels != 0, damped ? bits_as<double>(least_time) : 0.0};
         each_site([&](int64_t site, int x, int y, int z) {
             const bool used = mass[site] > 0.0f;
             const bool held =
@@ -209,13 +217,13 @@ extern "C" __global__ void __launch_bounds__(limax::cuda::prepare_threads)
     using namespace limax;
     using namespace limax::cuda;
     __shared__ prepared_robot prepared;
-    __shared__ unsigned long long least_step;
+    __shared__ unsigned long long least_step, least_time;
     if (threadIdx.x == 0) {
         prepared = {0.0, 0.0, {launch.grid.nx, launch.grid.ny, launch.grid.nz}, 0};
-        least_step = 0x7ffull << 52;  // infinite
+        least_step = least_time = 0x7ffull << 52;  // infinite
     }
     __syncthreads();
-    robot_in_preparation robot(launch, prepared, least_step);
+    robot_in_preparation robot(launch, prepared, least_step, least_time);
     robot.make_masses();
     __syncthreads();
     // the other threads go on with the springs

@@ -260,9 +260,10 @@ struct prepare_launch {
                        // exposed, [robot][axis][site]; null in a scene without laws on faces
     int32_t* surface;  // as in pair_lists
     lattice grid;
-    int32_t summed;   // stiffness is the sum over a spring's owners
-    int32_t effects;  // bits of the scene's, which the kernel's include
-    double edge;      // h, m
+    int32_t summed;     // stiffness is the sum over a spring's owners
+    int32_t effects;    // bits of the scene's, which the kernel's include
+    int32_t by_voxels;  // as in spring_constants
+    double edge;        // h, m
     double position[3], origin[3], velocity[3];
     scene_values scene;
     material_law materials[16];

@@ -148,6 +148,7 @@ prepare_launch<R> scene_kernels::prepare_arguments() const {
     launch.grid = setup_->grid;
     launch.summed = options.sharing == LIMAX_SHARING_SUM;
     launch.effects = int32_t(setup_->scene.mask());
+    launch.by_voxels = options.bound == LIMAX_BOUND_VOXELS;
     launch.edge = options.edge;
     for (int axis = 0; axis < 3; ++axis) {
         launch.position[axis] = options.position[axis];

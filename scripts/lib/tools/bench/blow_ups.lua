@@ -178,7 +178,7 @@ local function draw_batch(number)
   return { number = number, lattice = lattice, materials = materials, scene = scene, options = {
     integrator = chosen(random, { "symplectic_euler", "leapfrog" }),
     precision = chosen(random, engine.names.precision.names),
-    sharing = chosen(random, engine.names.sharing.names),
+    sharing = chosen(random, engine.names.sharing.names), bound = "voxels",
     time_step = "auto", bound_fraction = 0.9, duration = DURATION, settle = 0, edge = EDGE,
     max_stretch = LONGEST, max_speed = WILDEST,
     position = { 0, 0, between(random, 0, 1) }, velocity = directed(speed, tilt, heading) } }

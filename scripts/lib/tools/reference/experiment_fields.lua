@@ -114,6 +114,8 @@ local function described()
         .. " block, xpbd without block"),
       words("precision", defaults.precisions, table.concat(defaults.precisions, ", ")
         .. "; of the state and forces: masses and springs are rounded to fp32 in each"),
+      words("bound", defaults.bounds, "how an automatic step is bounded: springs one by one, or"
+        .. " voxels, whose springs cannot all stretch at once: steps are 1.2 times longer"),
       words("sharing", defaults.sharings,
         "springs between voxels: mean or sum of their stiffness")) },
     { name = "islands", text = "populations that evolve side by side, each with an equal part of"

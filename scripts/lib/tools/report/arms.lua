@@ -20,7 +20,7 @@ local QUESTION = { fitness = true, lattice = true, materials = true, scene = tru
   population = true, generations = true }
 -- of `simulation` everything except what a tier sets: the outcome is simulated again at one tier
 local OF_TIER = { accuracy = true, integrator = true, precision = true, time_step = true,
-  bound_fraction = true, time_step_most = true }
+  bound = true, bound_fraction = true, time_step_most = true }
 
 --- Supervisors that repeat another run, which differs between repetitions of one arm.
 arms.REPEATS = { yoked = true, shuffled = true, constant_median = true, replay = true }

@@ -182,7 +182,8 @@ local function setting_of(simulation)
   local step = simulation.time_step
   return ("%s, %s, %s"):format(simulation.integrator, simulation.precision,
     type(step) == "number" and step > 0 and ("%g s"):format(step)
-    or ("%g of each body's bound"):format(simulation.bound_fraction)), nil
+    or ("%g of each body's bound%s"):format(simulation.bound_fraction,
+      simulation.bound and " by " .. simulation.bound or "")), nil
 end
 
 --- The accuracy of each run, what was measured of it where it ran, and how many of its robots moved

@@ -55,13 +55,13 @@ function trial.refusal(subject, options, device)
   return message:match "simulation: (.*)$" or message
 end
 
---- Options of a subject under a setting: integrator, precision, time_step, bound_fraction,
+--- Options of a subject under a setting: integrator, precision, time_step, bound, bound_fraction,
 --- time_step_most.
 function trial.options(subject, setting)
   return { integrator = setting.integrator, precision = setting.precision,
-    time_step = setting.time_step, bound_fraction = setting.bound_fraction,
-    time_step_most = setting.time_step_most, duration = subject.duration, settle = subject.settle,
-    position = subject.position }
+    time_step = setting.time_step, bound = setting.bound,
+    bound_fraction = setting.bound_fraction, time_step_most = setting.time_step_most,
+    duration = subject.duration, settle = subject.settle, position = subject.position }
 end
 
 --- A simulation of a subject, every robot placed.

@@ -85,7 +85,7 @@ local function at_share(simulation, share, rate)
     setting.time_step = 1 / (rate * steps)
     return setting
   end
-  setting.time_step = "auto"
+  setting.time_step, setting.bound = "auto", simulation.bound
   -- a script's own share may be larger
   local own = simulation.bound_fraction
   setting.bound_fraction = math.min(math.max(own, MOST_OF_BOUND), own * share)
@@ -122,7 +122,8 @@ local function advice(row, simulation)
   end
   local cap = row.time_step_most > 0 and (", time_step_most = %.9g"):format(row.time_step_most)
     or ""
-  return ("simulation = { time_step = \"auto\", bound_fraction = %.9g%s }"):format(
+  local bound = simulation.bound and ("bound = %q, "):format(simulation.bound) or ""
+  return ("simulation = { time_step = \"auto\", %sbound_fraction = %.9g%s }"):format(bound,
     row.bound_fraction, cap)
 end
 
