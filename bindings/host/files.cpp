@@ -132,18 +132,32 @@ int lock_free(lua_State* L) {
     return 0;
 }
 
-// lock(path): locks a folder or a file (created if missing) for this process
-int lua_lock(lua_State* L) {
-    const char* const path = path_argument(L, 1);
-    descriptor file(open_path(path, access(path, F_OK) == 0 ? O_RDONLY : O_RDWR | O_CREAT));
+// An open and locked file; -1 and errno where it cannot be locked
+int open_locked(const std::string& path, int flags) {
+    descriptor file(open_path(path, flags));
     if (!file.fine()) fail("open", path);
-    if (flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
-        if (errno == EWOULDBLOCK)
-            throw failure(std::string(path) + " is in use by another process");
+    if (flock(file.get(), LOCK_EX | LOCK_NB) == 0) return file.release();
+    const int problem = errno;
+    close(file.release());
+    errno = problem;
+    return -1;
+}
+
+// lock(path): locks a folder or a file (created if missing) for this process. NFS locks only what
+// is open for writing: for a folder there, a file in it.
+int lua_lock(lua_State* L) {
+    const std::string path = path_argument(L, 1);
+    std::error_code ignored;
+    const bool is_folder = fs::is_directory(path, ignored);
+    int locked = open_locked(path, is_folder ? O_RDONLY : O_RDWR | O_CREAT);
+    if (locked < 0 && errno == EBADF && is_folder)
+        locked = open_locked(path + "/.lock", O_RDWR | O_CREAT);
+    if (locked < 0) {
+        if (errno == EWOULDBLOCK) throw failure(path + " is in use by another process");
         fail("lock", path);
     }
     auto* const held = static_cast<int*>(lua_newuserdata(L, sizeof(int)));
-    *held = file.release();
+    *held = locked;
     luaL_getmetatable(L, lock_type);
     lua_setmetatable(L, -2);
     return 1;

@@ -230,7 +230,7 @@ end
 -- ---- a new run ----------------------------------------------------------------------------------
 
 -- What a process may leave that dies before its folder is a run.
-local BEGUN = { scripts = true, STATUS = true }
+local BEGUN = { scripts = true, STATUS = true, [".lock"] = true }
 for _, name in ipairs(GROWING) do BEGUN[name .. ".jsonl"] = true end
 
 local function is_free(path)

@@ -352,6 +352,38 @@ suite:test("a locked folder, and fields that can never change, are refused", { l
     t:ok(refused.stderr:find "in use by another process", refused.stderr)
   end)
 
+-- flock as on NFS.
+local NFS = [[
+#include <cerrno>
+#include <sys/stat.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+extern "C" int flock(int file, int operation) {
+    struct stat found {};
+    fstat(file, &found);
+    if (S_ISREG(found.st_mode)) return syscall(SYS_flock, file, operation);
+    errno = EBADF;
+    return -1;
+}
+]]
+
+suite:test("a run is locked where folders cannot be", { limit = 60 }, function(t)
+  local folder = t:folder()
+  write_experiment(folder, 2, 1)
+  process.write(folder .. "/nfs.cpp", NFS)
+  local built = os.execute(("cd %s && c++ -shared -fPIC -o nfs.so nfs.cpp 2>/dev/null"):format(
+    process.quote(folder)))
+  if built ~= 0 then t:skip "no C++ compiler" end
+  local on_nfs = { before = "export LD_PRELOAD=$PWD/nfs.so;" }
+  completes(t, folder, { "run", "tiny.lua", "-q", "--out", "r" }, on_nfs)
+  local handle = t:ok(host.file.lock(folder .. "/r/.lock"))
+  local refused = run(folder, { "run", "--resume", "r" }, on_nfs)
+  handle:free()
+  t:equal(refused.status, 1)
+  t:ok(refused.stderr:find "r is in use by another process", refused.stderr)
+  completes(t, folder, { "run", "--resume", "r" }, on_nfs)
+end)
+
 suite:test("a run continues with the copy of a script that is gone", { limit = 60 }, function(t)
   local folder = t:folder()
   write_experiment(folder, 4, 1)
