@@ -21,6 +21,7 @@ limax::spring_body body_of(limax::population& population, int32_t robot,
         limax::fail(LIMAX_INVALID_ARGUMENT,
                     limax::format("robot %lld has no valid body", limax::from_one(robot)));
     std::vector<limax_material> table;
+    table.reserve(std::size_t(materials.count()));
     for (int32_t i = 0; i < materials.count(); ++i) table.push_back(materials.at(i));
     const int64_t voxels = population.grid().voxels();
     return limax::spring_body(limax::body_description{

@@ -39,6 +39,7 @@ struct freedom {
 
 struct linear_body {
     std::vector<freedom> masses;
+    std::vector<double> roots;  // of the masses, sqrt(kg)
     sparse stiffness, damping;  // M^-1/2 K M^-1/2 in 1/s^2 and M^-1/2 C M^-1/2 in 1/s
     int size() const { return int(stiffness.rows()); }
 };
@@ -134,13 +135,13 @@ linear_body linearised(const spring_body& body, const scene& scene, const double
     const bool wind = scene.has(effects::index_of<effects::wind>);
     const double drag = scene.values(effects::index_of<effects::wind>)[3];
     const int across = body.grid.nx + 1, along = body.grid.ny + 1;
-    std::vector<double> roots;
+    out.roots.reserve(std::size_t(body.masses));
     std::vector<touching> contacts;
     int size = 0;
     for (int32_t i = 0; i < body.masses; ++i) {
         const int32_t site = body.sites[i];
         const double mass = double(body.mass[site]);
-        roots.push_back(std::sqrt(mass));
+        out.roots.push_back(std::sqrt(mass));
         contacts.push_back(pose ? contacts_at(scene, pose + 3 * std::size_t(i), mass) : touching{});
         freedom mine = freedom_of(contacts.back(), friction);
         if (is_held(scene, body.rest[0], body.corner, site % across, site / across % along,
@@ -150,7 +151,7 @@ linear_body linearised(const spring_body& body, const scene& scene, const double
         size += mine.count;
         out.masses.push_back(mine);
     }
-    assembly stiffness{out.masses, roots, {}}, damping{out.masses, roots, {}};
+    assembly stiffness{out.masses, out.roots, {}}, damping{out.masses, out.roots, {}};
     each_spring(body, [&](int64_t slot, int i, int j, double rest) {
         const Eigen::Map<const Eigen::Vector3d> from(&places[3 * std::size_t(i)]),
             to(&places[3 * std::size_t(j)]);
@@ -270,14 +271,14 @@ eigenpairs lowest_by_lanczos(const sparse& a, shifted& solver, int wanted, doubl
 
 // Displacements of the masses in a mode, the largest of length 1 and upwards, to the right or to
 // the back.
-void write_shape(const linear_body& body, const std::vector<double>& roots,
-                 const Eigen::VectorXd& vector, std::vector<double>& shapes) {
+void write_shape(const linear_body& body, const Eigen::VectorXd& vector,
+                 std::vector<double>& shapes) {
     std::vector<Eigen::Vector3d> moves;
     double most = 0, sign = 1;
     for (std::size_t i = 0; i < body.masses.size(); ++i) {
         const freedom& mine = body.masses[i];
         moves.emplace_back(mine.axes.leftCols(mine.count) * vector.segment(mine.first, mine.count) /
-                           roots[i]);
+                           body.roots[i]);
         // a little more, so that rounding does not choose among equal ones
         if (moves[i].norm() <= most * (1 + 1e-6)) continue;
         most = moves[i].norm();
@@ -315,14 +316,11 @@ natural_modes modes_of(const spring_body& body, const scene& scene, const double
             a, Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(Eigen::MatrixXd(a)).eigenvectors());
     else
         pairs = lowest_by_lanczos(a, solver, wanted, bound);
-    std::vector<double> roots;
-    for (int32_t i = 0; i < body.masses; ++i)
-        roots.push_back(std::sqrt(double(body.mass[body.sites[i]])));
     for (int k = out.rigid; k < wanted; ++k) {
         const Eigen::VectorXd x = pairs.vectors.col(k);
         const double w = std::sqrt(pairs.values[k]);
         out.modes.push_back({w / radians_of_turn, x.dot(system.damping * x) / (2 * w)});
-        write_shape(system, roots, x, out.shapes);
+        write_shape(system, x, out.shapes);
     }
     return out;
 }
