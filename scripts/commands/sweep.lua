@@ -151,8 +151,8 @@ local function show_end(self)
       #self.runs - left, #self.runs))
   else
     local program = shell.program()
-    output.write(("all %d runs are done: %s compare %s, %s report %s\n"):format(#self.runs,
-      program, folder, program, folder))
+    output.write(("all runs are done: %s compare %s, %s report %s\n"):format(program, folder,
+      program, folder))
   end
 end
 
@@ -164,7 +164,7 @@ function command.run(arguments)
     local options = { threads = arguments.threads or 1,
       device = arguments.device ~= "auto" and arguments.device or nil }
     if #left == 0 then
-      output.warn(("all %d runs are done\n"):format(#self.runs))
+      output.warn "all runs are done\n"
     elseif arguments.slurm then
       output.write(sweep.slurm(self, left, options))
     else

@@ -1,6 +1,7 @@
 --- sweep.lua: `limax sweep`: its grid, its runs, what it prints for a cluster, and that it goes on
 --- without running anything twice; and the container file.
 
+local at_once = require "limax.tools.study.at_once"
 local host = require "limax.host"
 local process = require "support.process"
 local source = require "limax.base.source"
@@ -58,7 +59,7 @@ suite:test("every combination runs once, with the bytes of limax run, and can be
     local done = sweep(t, folder, "try.lua", "--out", "s", "--set", rates .. ",0.2", "--set", sizes,
       "--repetitions", "3")
     t:ok(done.stderr:find("^10 of 18 runs left"), done.stderr)
-    t:ok(done.stdout:find "^all 18 runs are done", done.stdout)
+    t:ok(done.stdout:find "^all runs are done", done.stdout)
     local runs = 0
     for path, count in pairs(sessions(folder .. "/s")) do
       t:equal(count, 1, path)
@@ -104,7 +105,7 @@ local function continue(t, folder)
   local other = process.start(folder, { "sweep", "--resume", "s", "--device", "cpu" })
   local done = sweep(t, folder, "--resume", "s")
   t:equal(other:finish(), 0)
-  t:ok(done.stdout:find "^all 4 runs" or done.stdout:find "other processes compute", done.stdout)
+  t:ok(done.stdout:find "^all runs" or done.stdout:find "other processes compute", done.stdout)
   for path, count in pairs(sessions(folder .. "/s")) do
     t:ok(count <= before[path] + 1, ("%s: %d processes"):format(path, count))
   end
@@ -177,8 +178,18 @@ suite:test("--slurm and --list print what computes the runs that are left", { li
         process.quote(folder .. "/array.sh"))), 0)
     end
     local done = sweep(t, folder, "--slurm", unpack(words))
-    t:equal(done.stdout .. done.stderr, "all 3 runs are done\n")
+    t:equal(done.stdout .. done.stderr, "all runs are done\n")
   end)
+
+suite:test("runs at a time share the GPUs", function(t)
+  for expected, case in pairs { ["0,3 1 2"] = { 3, 4 }, ["0 1 0 1 0"] = { 5, 2 },
+    ["0 1"] = { 2, 2 }, ["0,1,2"] = { 1, 3 } } do
+    local places, gpus, shares = case[1], {}, {}
+    for k = 1, case[2] do gpus[k] = tostring(k - 1) end
+    for place = 1, places do shares[place] = at_once.share(place, places, gpus) end
+    t:equal(table.concat(shares, " "), expected)
+  end
+end)
 
 -- ---- bad input ----------------------------------------------------------------------------------
 
@@ -211,6 +222,7 @@ suite:test("bad input ends with one message before anything is written", { limit
 suite:test("a sweep with other lists or another script is refused", { limit = 60 }, function(t)
   local folder = begin(t)
   sweep(t, folder, "try.lua", "--out", "s", "--set", "seed=1,2", "--list")
+  process.completes(t, folder, { "run", "try.lua", "-q", "--device", "cpu", "--out", "r" })
   local function refused(expected, ...)
     local done = process.ends(folder, { "sweep", "--device", "cpu", ... })
     t:equal(done.status, 2)
@@ -219,6 +231,7 @@ suite:test("a sweep with other lists or another script is refused", { limit = 60
   refused("holds another sweep, with seed=1/r01 (seed=1)", "try.lua", "--out", "s", "--set",
     "seed=2,3")
   refused("there is no study.json", "--resume", "nothing")
+  refused("r is a run folder; name another --out", "try.lua", "--out", "r")
   refused("--run 3: the sweep has 2 runs", "--resume", "s", "--run", "3")
   process.write(folder .. "/try.lua", process.read(folder .. "/try.lua") .. "-- changed\n")
   for _, words in ipairs { { "--resume", "s" }, { "--resume", "s", "--run", "1" },

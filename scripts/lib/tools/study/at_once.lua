@@ -3,6 +3,7 @@
 local cells = require "limax.tools.study.cells"
 local child = require "limax.base.child"
 local host = require "limax.host"
+local shell = require "limax.base.shell"
 local sweep = require "limax.tools.study.sweep"
 
 local at_once = {}
@@ -12,12 +13,13 @@ local POLL_INTERVAL = 0.05
 -- the longest messages of a child that are printed, bytes
 local MOST_TEXT = 2 ^ 16
 
--- The share of a place, as CUDA_VISIBLE_DEVICES names GPUs: each place has at least one, and each
--- GPU is used.
-local function gpus_of(place, settings)
+--- The GPUs of one of several places: each place has at least one, and each GPU is used.
+---@param gpus string[]
+---@return string as CUDA_VISIBLE_DEVICES names them
+function at_once.share(place, places, gpus)
   local list = {}
-  for k, name in ipairs(settings.gpus) do
-    if (k - place) % math.min(settings.places, #settings.gpus) == 0 then list[#list + 1] = name end
+  for k, name in ipairs(gpus) do
+    if (k - place) % math.min(places, #gpus) == 0 then list[#list + 1] = name end
   end
   return table.concat(list, ",")
 end
@@ -67,7 +69,8 @@ function at_once.run(self, settings)
     local words = sweep.command(self, number, { threads = settings.threads,
       device = settings.device }) .. " --quiet"
     if settings.gpus[1] then
-      words = ("env CUDA_VISIBLE_DEVICES=%s %s"):format(gpus_of(place, settings), words)
+      words = ("env CUDA_VISIBLE_DEVICES=%s %s"):format(
+        shell.quoted(at_once.share(place, settings.places, settings.gpus)), words)
     end
     busy[place] = { number = number, began = host.clock(),
       child = child.start(words, ("%s/%d"):format(folder, number)) }

@@ -123,6 +123,9 @@ function sweep.plan(experiment, options)
     check_script(earlier, experiment)
     extend(self, earlier)
   end
+  if folders.is_folder(out) then
+    failure.raise(2, ("%s is a run folder; name another --out"):format(out))
+  end
   local made, message = host.file.mkdir(out .. "/.locks")
   if not made then failure.raise(2, message) end
   source.write(place(out), host.json.encode({ schema = "limax.study/1", script = self.script,
