@@ -11,7 +11,7 @@ return limax.experiment {
   materials = "paper",
   seed = 1,
 
-  -- smooth bodies with limbs of one material walk farthest: see sigma_sweep.lua
+  -- smooth bodies with limbs of one material walk farthest: see CLUSTER.md
   genome = { sigma = 0.25 },
 
   scene = {

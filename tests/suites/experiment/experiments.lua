@@ -13,13 +13,12 @@ local FOLDER = host.home .. "/scripts/experiments"
 local WORDS = {
   ["by_hand.lua"] = {}, ["own_forces.lua"] = {},
   -- generations, robots, seconds
-  ["sigma_sweep.lua"] = { "2", "4" }, ["multi_fidelity.lua"] = { "2", "6", "0.3" },
+  ["multi_fidelity.lua"] = { "2", "6", "0.3" },
   -- a minute
   ["supervision_study.lua"] = { "--quick" },
 }
 local PRINTED = { ["by_hand.lua"] = "12 voxels.*walking: %d%.%d+ m in 5 s",
   ["own_forces.lua"] = "treadmill: along x",
-  ["sigma_sweep.lua"] = "\n4 +%d%.%d+ +%d%.%d+ +%d%.%d+ +%d%.%d",
   -- at `publish` all six, then the four that are not elites; else a share of those
   ["multi_fidelity.lua"] = "\n1 +%S+, +10 runs in .-, +[3-9] runs in ",
   ["supervision_study.lua"] = "." }
