@@ -82,7 +82,7 @@ struct spring_constants {
     const float* damping;    // N s/m
     int64_t stride;
     bool by_voxels = false;
-    double least_time = 0;  // of damping_time of all springs, s; where by_voxels
+    double least_time = 0;  // of damping_time of all springs, s; read where by_voxels
 };
 
 // Whether an effect bounds springs rather than masses.
@@ -115,12 +115,13 @@ LIMAX_LAW void add_spring_bound(const Scene& scene, const spring_constants& spri
     if (springs.stiffness[slot] == 0) return;
     const double stiffness = double(springs.stiffness[slot]);
     const double damping = springs.damping ? double(springs.damping[slot]) : 0.0;
-    const double less = springs.by_voxels && d >= first_space_diagonal ? stiffness : 0.0;
+    const bool left_out = springs.by_voxels && d >= first_space_diagonal;
     effects::for_each([&]<class E>(E) {
         if constexpr (bounds_springs<E>) {
             if (!scene.has(effects::index_of<E>)) return;
             const effects::stiffness_damping most =
-                E::bound(stiffness - less, damping - springs.least_time * less);
+                left_out ? E::bound(0.0, damping - springs.least_time * stiffness)
+                         : E::bound(stiffness, damping);
             sum.stiffness += 2.0 * most.stiffness;
             sum.damping += 2.0 * most.damping;
         }
