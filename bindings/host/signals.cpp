@@ -26,7 +26,7 @@
 namespace limax::host {
 namespace {
 
-constexpr unsigned seconds_to_react = 2;
+constexpr std::int64_t time_to_react = 2'000'000'000;   // ns
 constexpr std::int64_t time_to_report = 5'000'000'000;  // ns
 // Ctrl-C names a function that has run for so long.
 constexpr std::int64_t long_call = 1'000'000'000;  // ns
@@ -87,7 +87,13 @@ void write_watched(std::string_view before, std::string_view after) {
     _exit(exit_status);
 }
 
-// Besides async-signal-safe functions it calls lua_sethook, which LuaJIT allows in handlers.
+// LuaJIT allows lua_sethook in handlers, but forgets the hook if it was just then changing what the
+// interpreter checks, as at the end of a compilation: so it is set every second.
+void raise_soon(lua_State* L) {
+    lua_sethook(L, raise_from_hook, LUA_MASKCALL | LUA_MASKRET | LUA_MASKCOUNT, 1);
+    alarm(1);
+}
+
 void on_interrupt(int) {
     const int errno_before = errno;
     if (pthread_equal(pthread_self(), main_thread) == 0) {
@@ -109,8 +115,7 @@ void on_interrupt(int) {
         pending = true;
         limax_interrupt();
         if (now - watched_since > long_call) write_watched("\nlimax: interrupted in ", "\n");
-        lua_sethook(L, raise_from_hook, LUA_MASKCALL | LUA_MASKRET | LUA_MASKCOUNT, 1);
-        alarm(seconds_to_react);
+        raise_soon(L);
     }
     errno = errno_before;
 }
@@ -136,6 +141,12 @@ void look_at_watched() {
 void on_alarm(int) {
     if (!pending) {
         look_at_watched();
+        return;
+    }
+    lua_State* const L = state;
+    // the last alarm comes a little early or late
+    if (L != nullptr && monotonic_nanoseconds() - pressed_at < time_to_react - 500'000'000) {
+        raise_soon(L);
         return;
     }
     static const char text[] =
