@@ -133,7 +133,7 @@ suite:test("every section writes figures and tables", { limit = 180 }, function(
     "the reference's own error", "10⁻⁶")
   -- two integrators, four precisions, four scenes
   t:ok(count_of(picture, "<polyline") >= 32, count_of(picture, "<polyline"))
-  t:equal(source.read(folder .. "/elite_regret.png"):sub(2, 4), "PNG")
+  t:equal(source.read(folder .. "/distance_error.png"):sub(2, 4), "PNG")
 end)
 
 suite:test("axes: decades, their labels, and places between", function(t)

@@ -59,12 +59,13 @@ local function grouped(rows, key_of)
   return groups
 end
 
-local function tier_points(rows, value_of)
+-- `along`: the column of the horizontal axis.
+local function tier_points(rows, value_of, along)
   local points = {}
   for _, row in ipairs(rows) do
     local value = value_of(row)
-    if row.tier and value and row.seconds_per_second then
-      points[#points + 1] = { x = row.seconds_per_second, y = value, name = row.tier,
+    if row.tier and value and row[along] then
+      points[#points + 1] = { x = row[along], y = value, name = row.tier,
         color = TIER_COLOR }
     end
   end
@@ -102,7 +103,7 @@ local function scene_panel(rows)
     end
   end
   return { title = subjects.TITLES[first.scene], curves = curves, note = note,
-    points = tier_points(rows, function(row) return row.error end),
+    points = tier_points(rows, function(row) return row.error end, "seconds_per_second"),
     floor = { y = first.reference_error, text = "the reference's own error" },
     x = { label = "wall time per simulated second, s" },
     -- errors below the reference's own are drawn on the axis
@@ -120,8 +121,13 @@ end
 
 -- ---- ranking ------------------------------------------------------------------------------------
 
--- A panel for each case and population; `add_axes(panel, chaos floor)` completes it.
-local function ranked_panels(result, value_of, add_axes)
+local LABELS = { seconds_per_second = "wall time of a robot and simulated second, s",
+  time_step = "time step, s; of a tier the longest of the bodies" }
+
+-- A panel for each case and population, along wall time or another column; `add_axes(panel, chaos
+-- floor)` completes it.
+local function ranked_panels(result, value_of, add_axes, along)
+  along = along or "seconds_per_second"
   local panels = grouped(result.rows, function(row)
     return row.status ~= "refused" and row.case .. row.population
   end)
@@ -130,20 +136,20 @@ local function ranked_panels(result, value_of, add_axes)
     local curves = curves_of(rows, function(row)
       if row.setting == "chaos floor" then floor = row end
       local value = value_of(row)
-      if value and row.seconds_per_second and row.integrator and not row.tier
+      if value and row[along] and row.integrator and not row.tier
         and row.setting ~= "finest" and row.setting ~= "chaos floor" then
-        return method_of(row), row.seconds_per_second, value
+        return method_of(row), row[along], value
       end
     end, method_look)
     for _, curve in ipairs(curves) do
       table.sort(curve.points, function(a, b) return a[1] < b[1] end)
       for _, row in ipairs(curve.rows) do
-        if row.failed > 0 then table.insert(curve.failures, row.seconds_per_second) end
+        if row.failed > 0 then table.insert(curve.failures, row[along]) end
       end
     end
     panels[k] = { title = ("%s, %s bodies"):format(rows[1].case, rows[1].population),
-      points = tier_points(rows, value_of), curves = curves,
-      x = { label = "wall time of a robot and simulated second, s" } }
+      points = tier_points(rows, value_of, along), curves = curves,
+      x = { label = LABELS[along] } }
     add_axes(panels[k], floor)
   end
   return panels
@@ -181,6 +187,18 @@ function figures.kendall_tau(result)
   return { name = "kendall_tau", title = "Order of robots under a cheap setting", panels = panels,
     subtitle = "Kendall's tau of the fitness against the finest setting's; 1 is the same order."
       .. " Rings: the tiers." }
+end
+
+--- The mean error of the distance that the robots travel, against the time step.
+function figures.distance_error(result)
+  local function value_of(row) return row.distance_error end
+  local panels = ranked_panels(result, value_of, function(panel, floor)
+    panel.y = { label = "mean error of the distance, m" }
+    panel.floor = floor.distance_error and { y = floor.distance_error, text = "chaos floor" }
+  end, "time_step")
+  return { name = "distance_error", title = "Error of a walk against its time step",
+    panels = panels, subtitle = "Mean difference of the robots' distances from those under the"
+      .. " finest setting. Rings: the tiers." }
 end
 
 -- ---- evolutions ---------------------------------------------------------------------------------

@@ -17,7 +17,7 @@ local WIDTH, HEIGHT = 320, 380
 -- Figures of a section.
 local FIGURES = {
   work_precision = { "work_precision" },
-  ranking = { "elite_regret", "kendall_tau" },
+  ranking = { "elite_regret", "kendall_tau", "distance_error" },
   evolutions = { "evolutions" },
 }
 

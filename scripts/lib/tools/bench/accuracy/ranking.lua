@@ -70,6 +70,15 @@ local function prices_of(robots, list, seconds)
   return prices
 end
 
+-- The longest step of the bodies, s; that of an invalid one is not a number.
+local function longest(steps)
+  local most
+  for _, step in pairs(steps) do
+    if step > (most or 0) then most = step end
+  end
+  return most
+end
+
 -- One population under every setting, the finest and the chaos floor first.
 local function measure(case, kind, robots, size, seconds, rows)
   local near = ranking.perturbed(size.reference, settings.base_rate(robots.world.config.record))
@@ -93,6 +102,7 @@ local function measure(case, kind, robots, size, seconds, rows)
       reference = reference or scores
       for key, value in pairs(ranking.compare(reference, scores, #robots)) do row[key] = value end
       row.failed = scores.failed
+      row.time_step = row.time_step or longest(scores.time_step)
       row.seconds_per_second = scores.failed < #robots and prices[k] or nil
       if each.name == "paper" then paper = prices[k] end
     end
