@@ -33,20 +33,6 @@ local ENDLESS = {
     end
     return f()
   end,
-  ["a coroutine that catches"] = function()
-    local made = coroutine.wrap(function()
-      while true do pcall(for_ever) end
-    end)
-    while true do pcall(made) end
-  end,
-  ["a message handler that loops"] = function()
-    xpcall(function() error "first" end, for_ever)
-  end,
-  ["a sort without end"] = function()
-    local list = {}
-    for i = 1, 100 do list[i] = i end
-    while true do table.sort(list, function(a, b) return a > b end) end
-  end,
 }
 
 suite:test("endless loops are stopped, compiled or not", { limit = 300 }, function(t)

@@ -35,22 +35,13 @@ suite:test("a wrong LIMAX_THREADS is a usage error", function(t)
     .. "limax.robot { voxels = 'ec' }:simulate { duration = 0.1 }")
   process.write(folder .. "/t.lua",
     "require('limax.test').suite('s'):test('passes', function(t) t:ok(true) end)")
-  for _, words in ipairs { { "e.lua" }, { "s.lua" }, { "doctor" }, { "test", "t.lua" },
-    { "bench", "throughput" } } do
-    local status, output = process.run(folder, words, "LIMAX_THREADS=abc")
-    -- bench prints what it checks first
-    t:equal({ status, output:match "([^\n]*\n)$" },
-      { 2, 'limax: LIMAX_THREADS: expected a whole number from 1 to 1024, got "abc"\n' })
-  end
-  for _, value in ipairs { "0", "1025", "1.5", "nan" } do
-    local status, output = process.run(folder, { "test", "t.lua" }, "LIMAX_THREADS=" .. value)
+  for value, words in pairs { abc = { "e.lua" }, ["0"] = { "s.lua" }, ["1025"] = { "doctor" },
+    two = { "test", "t.lua" } } do
+    local status, output = process.run(folder, words, "LIMAX_THREADS=" .. value)
     t:equal(status, 2)
-    t:ok(output:find('LIMAX_THREADS: expected a whole number from 1 to 1024', 1, true), output)
+    t:ok(output:find "^limax: LIMAX_THREADS: expected a whole number from 1 to 1024, got ", output)
   end
-  for _, value in ipairs { "1024", "" } do
-    t:equal((process.run(folder, { "test", "t.lua" }, "LIMAX_THREADS=" .. value)), 0)
-  end
-  t:ok(not host.file.exists(folder .. "/runs"))
+  t:equal((process.run(folder, { "test", "t.lua" }, "LIMAX_THREADS=")), 0)
 end)
 
 suite:test("--version, --help and a command's --help end with status 0", function(t)
@@ -239,25 +230,6 @@ suite:test("a writer works asynchronously and in order until a job fails", funct
   collectgarbage()
   collectgarbage()
   t:equal({ process.read(path), host.file.list(folder) }, { "50", { "lines", "rows" } })
-end)
-
-suite:test("no part of a line stays on a full disk", function(t)
-  -- a limit on the size of files acts like a full disk: it cuts a write short
-  local folder = t:folder()
-  process.write(folder .. "/f.lua", [[
-local file = require("limax.host").file
-print(file.append("log", ("a"):rep(999) .. "\n"))
-print(file.append("log", ("b"):rep(1999) .. "\n"))
-print(file.write_atomic("whole", ("c"):rep(5000)))
-]])
-  local pipe = io.popen(("cd %s && (trap '' XFSZ; ulimit -f 2; exec %s f.lua 2>&1 | cat)"):format(
-    folder, process.quote(host.executable)))
-  local output = pipe:read "*a"
-  pipe:close()
-  t:ok(output:find("true\nnil\tcannot append to log: ", 1, true), output)
-  t:ok(output:find("nil\tcannot write whole: ", 1, true), output)
-  t:equal(process.read(folder .. "/log"), ("a"):rep(999) .. "\n")
-  t:equal(host.file.list(folder), { "f.lua", "log" })
 end)
 
 suite:test("hashes give the published values, for any bytes", function(t)

@@ -46,12 +46,6 @@ suite:test("a request is sent unchanged, and its answer is complete", function(t
   t:ok(came:find("GET /v1 HTTP/1.1\r\n", 1, true) == 1, came)
 end)
 
-suite:test("a redirect is not followed", function(t)
-  local answer = ask(t, {}, "HTTP/1.1 302 Found\r\nLocation: https://example.org/\r\n"
-    .. "Content-Length: 0\r\nConnection: close\r\n\r\n")
-  t:equal({ answer.status, answer.headers.location }, { 302, "https://example.org/" })
-end)
-
 suite:test("requests to this machine never use a proxy", function(t)
   -- nothing listens on port 9
   local answer = ask(t, {}, ANSWER:format("200 OK", 2, "me"),
@@ -84,32 +78,6 @@ suite:test("misuse raises an error", function(t)
     t:raises(expected, function() host.http(changed) end)
   end
   t:raises("the field url is missing", function() host.http {} end)
-end)
-
-suite:test("a failure has a kind and the part of the answer that came", function(t)
-  local function failed(request, bytes)
-    if bytes then return (ask(t, request, bytes)) end
-    request.url = request.url or "http://127.0.0.1:1/"
-    return select(3, host.http(request))
-  end
-  local refused = failed {}
-  t:equal({ refused.kind, refused.status, refused.body, refused.headers }, { "connect", 0, "", {} })
-  t:ok(refused.curl:find("connect", 1, true), refused.curl)
-  t:equal(failed({ url = "ftp://127.0.0.1/" }).kind, "url")
-  local half = failed({}, "HTTP/1.1 200 OK\r\nContent-Length: 100\r\nX-A: b\r\n\r\nhalf")
-  t:equal({ half.kind, half.status, half.body, half.headers["x-a"] },
-    { "partial", 200, "half", "b" })
-  -- with a length, and without one
-  local large = failed({ largest = 10 }, ANSWER:format("200 OK", 11, ("x"):rep(11)))
-  t:equal({ large.kind, large.body }, { "size", "" })
-  large = failed({ largest = 10 }, "HTTP/1.1 200 OK\r\nConnection: close\r\n\r\n" .. ("x"):rep(11))
-  t:equal({ large.kind, large.body }, { "size", ("x"):rep(10) })
-  local long = failed({}, "HTTP/1.1 200 OK\r\n" .. ("X-A: " .. ("y"):rep(1000) .. "\r\n"):rep(70)
-    .. "\r\n")
-  t:equal({ long.kind, long.body }, { "headers", "" })
-  local silent = server.open()
-  t:equal(failed({ url = silent.url, timeout = 0.2 }).kind, "timeout")
-  silent:close()
 end)
 
 suite:test("plain http to other machines, and credentials in a URL", function(t)

@@ -4,8 +4,6 @@
 local ffi = require "ffi"
 local engine = require "limax.engine"
 local fixture = require "support.binding.fixture"
-local host = require "limax.host"
-local process = require "support.process"
 local test = require "limax.test"
 
 local MATERIALS, LATTICE, ALL = fixture.MATERIALS, fixture.LATTICE, fixture.ALL
@@ -190,14 +188,4 @@ objects:test("masses can be placed before the first step", function(t)
     { rtol = 1e-4 })
   raises_there(t, "expected 8 rows of 3 numbers, got 2",
     function() simulation:place(1, { 1, 2 }) end)
-end)
-
-objects:test("a time limit ends an endless simulation", function(t)
-  local population = robots(1)
-  local simulation = engine.simulation(population, MATERIALS, engine.scene(ALL), { duration = 1e5 })
-  local started = host.clock()
-  engine.limit_time(0.2)
-  local message = t:raises("the time limit of 0.2 s has passed", function() simulation:run() end)
-  engine.limit_time(nil)
-  t:ok(message and host.clock() - started < 0.2 + process.LATE)
 end)

@@ -16,25 +16,6 @@ local function changed(fields)
   return limax.experiment(all)
 end
 
-suite:test("the shortest experiment gets every default", function(t)
-  local config = limax.experiment({ fitness = "walk" }).config
-  t:equal(config.lattice, { 5, 5, 5 })
-  t:equal({ config.population, config.generations, config.repetitions }, { 30, 100, 3 })
-  t:equal(config.breeding, { mutation_rate = 0.1, mutation_scale = 0.1, crossover_rate = 0.4,
-    elite_fraction = 0.3 })
-  t:equal(config.genome, { features = 16, sigma = 0.15, hidden = { 32, 32 }, initial_scale = 1,
-    require_muscle = true })
-  t:equal(config.seed, 1)
-  t:equal(config.fitness, "walk")
-  t:equal(config.selection, { name = "tournament", size = 3 })
-  t:equal(config.supervisor, "rules")
-  t:equal(config.scene.gravity.acceleration, { 0, 0, -9.81 })
-  t:equal(config.scene.actuation.frequency, 2)
-  t:equal(config.simulation.accuracy, "evolve")
-  t:equal(config.record.center_of_mass, 50)
-  t:equal(config.materials.name, "paper")
-end)
-
 suite:test("defaults have a unit and a note", function(t)
   for group, fields in pairs(defaults.fields) do
     for name, field in pairs(fields) do

@@ -64,14 +64,6 @@ fitness:test("distance gives the cases of equal parts", function(t)
   t:equal(none, nil)
 end)
 
-fitness:test("each lists the traces that it needs", function(t)
-  local needs = { walk = {}, carry = {}, distance = {}, speed = {},
-    height = { center_of_mass = 50 }, efficiency = { energy = 200 },
-    straightness = { center_of_mass = 50 } }
-  for name, record in pairs(needs) do t:equal(limax.fitness.get(name).record, record) end
-  t:equal(limax.fitness.get({ "distance", cases = 2 }).record, { center_of_mass = 50 })
-end)
-
 fitness:test("a measure of what was not recorded names the entry to add", function(t)
   local robot = walker()
   robot.context.options.record = { energy = 100 }

@@ -30,26 +30,6 @@ suite:test("the ledger records parameters that an own loop sets", function(t)
   end
 end)
 
-suite:test("a supervisor that fails costs its change, never the run", function(t)
-  local output = {}
-  local history = finished({ supervisor = function() error("no idea", 0) end },
-    { say = function(text) output[#output + 1] = text end })
-  t:equal(#history, 3)
-  t:ok(history[2].ledger.reason:find "the supervisor failed: no idea")
-  for _, value in ipairs { 3, "x", true } do
-    history = finished { supervisor = function() return value end }
-    t:ok(history[2].ledger.reason:find "the supervisor returned")
-    t:equal(history[2].parameters, history[1].parameters)
-  end
-  history = finished { supervision = { materials = true },
-    supervisor = function() return { mutation_rate = {}, materials = 3, [7] = 2 } end }
-  local fields = {}
-  for _, entry in ipairs(history[2].ledger.entries) do
-    if entry.outcome == "rejected" then fields[#fields + 1] = entry.field end
-  end
-  t:equal(fields, { "mutation_rate", "materials", "[7]" })
-end)
-
 suite:test("a range of the experiment narrows a proposal, and is shown to the supervisor",
   function(t)
     local history = finished { generations = 2,

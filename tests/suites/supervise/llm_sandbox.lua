@@ -80,9 +80,7 @@ end)
 local ENDLESS = {
   loop = "while true do end",
   ["loop that catches"] = "while true do pcall(function() while true do end end) end",
-  ["recursion that catches"] = "local function f() pcall(f) return f() end return f()",
   pattern = "return ('a'):rep(60):find(('a-'):rep(30) .. 'b')",
-  ["gsub that grows"] = "for i = 1, 1e9 do (('a'):rep(1e5)):gsub('a', 'aaaaaaaa') end",
   -- one call into the library, in which no hook would look
   ["insert far before a table"] = "table.insert({}, -2 ^ 31, 1)",
 }
@@ -98,9 +96,7 @@ end)
 
 suite:test("a parser that takes too much memory fails", { limit = 60 }, function(t)
   for _, body in ipairs {
-    "local t = {} for i = 1, 1e9 do t[i] = { i } end",
     "local s = 'ab' while true do s = s .. s end",
-    "local t = {} for i = 1, 2e5 do t[i] = ('x'):rep(1000) .. i end return table.concat(t)",
     "return ('x'):rep(1e9)", "return { ('x'):rep(3e7) }",
   } do
     local ok, message = run(body)

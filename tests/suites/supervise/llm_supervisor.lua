@@ -145,20 +145,6 @@ suite:test("commands in an answer change nothing", { limit = 60 },
     t:ok(not done.output:find "[%z\1-\9\11-\31]", done.output)
   end)
 
-suite:test("a transcript that cannot be written ends the run with a message", function(t)
-  local folder = t:folder() .. "/run"
-  t:raises("transcript.jsonl", function()
-    run(t, { "llm", client = talker.new(function(_, n)
-      -- even root cannot append to a folder
-      if n == 2 then
-        assert(host.file.remove(folder .. "/transcript.jsonl"))
-        assert(host.file.mkdir(folder .. "/transcript.jsonl"))
-      end
-      return '{"mutation_rate": 0.12}'
-    end) }, nil, { out = folder })
-  end)
-end)
-
 suite:test("a run without a folder is supervised as well", function(t)
   local history = limax.start(talker.experiment { "llm",
     client = talker.new(function() return '{"mutation_rate": 0.12}' end) },

@@ -19,6 +19,14 @@ local suite = require("limax.test").suite "compare"
 
 local contains, run = trial.contains, evolution.run
 
+-- The names of the arms of runs with these fields.
+local function names_of(base, ...)
+  local list, names, before = {}, {}, #host.file.list(base)
+  for k, fields in ipairs { ... } do list[k] = run(("%s/%d"):format(base, before + k), fields) end
+  for k, arm in ipairs(arms.group(runs.read(list))) do names[k] = arm.name end
+  return names
+end
+
 -- ---- real runs ----------------------------------------------------------------------------------
 
 suite:test("runs become arms, pairs and a table in every form", function(t)
@@ -161,25 +169,16 @@ suite:test("arms with the same supervisor are named by the fields that differ", 
 end)
 
 suite:test("arms are named by how they search where nothing else differs", function(t)
-  local base, count = t:folder(), 0
-  local function names_of(...)
-    local list, names = {}, {}
-    for k, fields in ipairs { ... } do
-      count = count + 1
-      list[k] = run(("%s/%d"):format(base, count), fields)
-    end
-    for k, arm in ipairs(arms.group(runs.read(list))) do names[k] = arm.name end
-    return names
-  end
+  local base = t:folder()
   local grid = { "grid", cells = 4, descriptors = { "muscle_share" } }
   -- map_elites brings its own selection, and cppn its own fields of a genome
-  t:equal(names_of({ survival = { "plus", share = 0.3 }, genome = { encoding = "cppn" } }, {},
-    { archive = grid, survival = "map_elites" }),
+  t:equal(names_of(base, { survival = { "plus", share = 0.3 }, genome = { encoding = "cppn" } },
+    {}, { archive = grid, survival = "map_elites" }),
     { "cppn, plus, no archive", "fourier, elitist, no archive", "fourier, map_elites, grid" })
-  t:equal(names_of({}, { selection = "rank" }), { "tournament", "rank" })
+  t:equal(names_of(base, {}, { selection = "rank" }), { "tournament", "rank" })
   -- the same names, other options
-  t:equal(names_of({ survival = { "plus", share = 0.3 } }, { survival = { "plus", share = 0.2 } }),
-    { "fixed", "fixed (survival.share=0.2)" })
+  t:equal(names_of(base, { survival = { "plus", share = 0.3 } },
+    { survival = { "plus", share = 0.2 } }), { "fixed", "fixed (survival.share=0.2)" })
 end)
 
 suite:test("--outcome compares what the metrics record of archives and fronts", function(t)
@@ -223,25 +222,18 @@ end)
 suite:test("other arms have their experiments' names", function(t)
   local base = t:folder()
   local function wait() end
-  local function names_of(experiments)
-    local list, names = {}, {}
-    for k, each in ipairs(experiments) do list[k] = run(base .. "/" .. each.at, each[1]) end
-    for i, arm in ipairs(arms.group(runs.read(list))) do names[i] = arm.name end
-    return names
-  end
-  t:equal(names_of { { at = "a", { supervisor = wait, name = "mine" } },
-    { at = "b", { supervisor = "fixed" } } }, { "mine", "fixed" })
-  t:equal(names_of { { at = "c", { supervisor = "rules", name = "low" } },
-    { at = "d", { supervisor = "rules", name = "high", breeding = { mutation_rate = 0.2 } } } },
+  t:equal(names_of(base, { supervisor = wait, name = "mine" }, { supervisor = "fixed" }),
+    { "mine", "fixed" })
+  t:equal(names_of(base, { supervisor = "rules", name = "low" },
+    { supervisor = "rules", name = "high", breeding = { mutation_rate = 0.2 } }),
     { "low", "high" })
   -- a name that another arm has does not identify one
-  local same = names_of { { at = "e", { supervisor = wait, name = "fixed" } },
-    { at = "f", { supervisor = "fixed" } } }
+  local same = names_of(base, { supervisor = wait, name = "fixed" }, { supervisor = "fixed" })
   t:ok(same[1]:find "compare%.lua$", same[1])
   t:equal(same[2], "fixed")
   -- two functions of one file
-  same = names_of { { at = "g", { supervisor = wait } },
-    { at = "h", { supervisor = function() return nil, "other" end } } }
+  same = names_of(base, { supervisor = wait },
+    { supervisor = function() return nil, "other" end })
   t:ok(same[1]:find "compare%.lua$", same[1])
   t:ok(same[2]:find 'compare%.lua %(supervisor.function="%x+"%)$', same[2])
 end)

@@ -1,7 +1,6 @@
 --- test_processes.lua: how `limax test` isolates tests: a process for each file, limits, crashes,
 --- interrupts.
 
-local host = require "limax.host"
 local process = require "support.process"
 local test = require "limax.test"
 local trials = require "support.trial"
@@ -93,26 +92,6 @@ end)
   t:equal(status, 130)
   contains(t, output, "limax: interrupted")
   t:ok(seconds < process.LATE, ("the processes ended after %.1f s"):format(seconds))
-end)
-
-running:test("its processes end with it, even if it is killed", { limit = 60 }, function(t)
-  local folder = trials.files(t, { long = [[
-suite:test("long", function()
-  os.execute "echo $PPID >pid.part; mv pid.part pid; echo begun"
-  while true do end
-end)
-]] })
-  local child = process.start(folder, { "test", "long.lua" })
-  child:wait_for "begun"
-  local alive = ("kill -0 %s 2>/dev/null"):format(process.read(folder .. "/pid"):match "%d+")
-  t:equal(os.execute(alive), 0)
-  child:signal "KILL"
-  child:finish()
-  local start = host.clock()
-  while os.execute(alive) == 0 do
-    t:ok(host.clock() - start < process.LATE, "the process of a test has outlived limax")
-    host.wait(0.02)
-  end
 end)
 
 running:test("a limit ends a simulation and fails a slow test", function(t)

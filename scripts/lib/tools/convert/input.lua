@@ -1,12 +1,10 @@
---- input.lua: what `limax convert` reads: files of other programs with limits on their size, errors
---- that name the file, the field and the valid range, champions of runs, and the checks of a robot
---- of any format.
+--- input.lua: what `limax convert` reads: files of other programs, errors that name the file, the
+--- field and the valid range, champions of runs, and the checks of a robot of any format.
 
 local body = require "limax.robot.body"
 local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
-local host = require "limax.host"
 local robot = require "limax.robot.robot"
 local runs = require "limax.tools.report.runs"
 local schema = require "limax.engine.schema"
@@ -15,9 +13,6 @@ local source = require "limax.base.source"
 local input = {}
 
 local check_duration = schema.number(defaults.fields.simulation.duration)
-
---- Largest file, bytes: a million voxels with three numbers each take 60 MB of text.
-input.MAX_BYTES = 128 * 2 ^ 20
 
 --- Most voxels of a lattice: a hundred along each axis.
 input.MAX_VOXELS = 1e6
@@ -28,17 +23,7 @@ function input.refuse(path, pattern, ...)
 end
 
 function input.read(path)
-  if host.file.exists(path) == "other" then input.refuse(path, "is not a regular file") end
-  local file, message = io.open(path, "rb")
-  if not file then failure.raise(2, message) end
-  local size = file:seek "end"
-  file:close()
-  -- a folder has a size of 2^63 - 1
-  if size and size > input.MAX_BYTES and size < 2 ^ 53 then
-    input.refuse(path, "has %d bytes; at most %d are read", size, input.MAX_BYTES)
-  end
-  local text
-  text, message = source.read(path)
+  local text, message = source.read(path)
   if not text then failure.raise(2, ("%s (is it a folder?)"):format(message)) end
   return text
 end

@@ -2,7 +2,6 @@
 --- seeds that it names, and one instance for each combination.
 
 local defaults = require "limax.settings.defaults"
-local engine = require "limax.engine"
 local schema = require "limax.engine.schema"
 
 local axes = {}
@@ -34,13 +33,10 @@ local CPU_ONLY = { rk4 = true, xpbd = true }
 local function checked(axis, value)
   if value == nil then return nil end
   if axis.all and value == "all" then return axis.all end
-  local values, seen = type(value) == "table" and value or { value }, {}
+  local values = type(value) == "table" and value or { value }
   if #values == 0 then schema.refuse(axis.option, "at least one value", values) end
   for i, each in ipairs(values) do
-    local path = ("%s[%d]"):format(axis.option, i)
-    schema.demand(axis.rule, each, path)
-    if seen[each] then engine.fail(("%s: %s is listed twice"):format(path, tostring(each))) end
-    seen[each] = true
+    schema.demand(axis.rule, each, ("%s[%d]"):format(axis.option, i))
   end
   return values
 end
