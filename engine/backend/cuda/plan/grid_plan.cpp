@@ -80,6 +80,19 @@ grid_shape shape_grid(const lattice& grid, const kernel_needs& needs, std::size_
     }
 }
 
+int robots_together(int tiles, int blocks, int most) {
+    int best = 1;
+    double most_tiles = 0;  // stepped at a time
+    for (int robots = 1; robots <= std::min(most, blocks); ++robots) {
+        const int of_robot = std::min(blocks / robots, tiles);
+        const double at_once = double(robots) * tiles / rounds(tiles, of_robot);
+        if (at_once < most_tiles) continue;
+        most_tiles = at_once;
+        best = robots;
+    }
+    return best;
+}
+
 grid_shape shape_any_grid(const lattice& grid, const kernel_needs& needs) {
     const int tile = needs.precision == LIMAX_DOUBLE ? any_tile_of_double : any_tile;
     return shape_of(sites_along(grid), {tile, tile, tile}, needs);

@@ -21,6 +21,10 @@ struct grid_shape {
 grid_shape shape_grid(const lattice& grid, const kernel_needs& needs, std::size_t most_shared_bytes,
                       int multiprocessors);
 
+// Robots that are best stepped together by so many blocks, at most `most`: blocks of a robot that
+// has few tiles left wait for the others.
+int robots_together(int tiles, int blocks, int most);
+
 // The tiles of a kernel that serves every lattice on every GPU, here for this lattice.
 grid_shape shape_any_grid(const lattice& grid, const kernel_needs& needs);
 

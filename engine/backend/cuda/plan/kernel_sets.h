@@ -54,8 +54,8 @@ public:
     robot_memory memory_of_robot() const;
     // Whether springs are computed in double.
     bool double_springs() const;
-    // Robots that one launch can step.
-    unsigned most_robots() const;
+    // Robots that one launch of the grid path steps.
+    unsigned most_robots() const { return most_robots_; }
 
     template <class R>
     void launch_step(const context& gpu, const stream& stream, const step_launch<R>& arguments,
@@ -94,12 +94,14 @@ private:
     void choose_path(block_plans& plans, const gpu& device);
     void define_shape(kernel_set& step) const;
     int blocks_of_robot(unsigned robots) const;
+    int robots_in_cache(const gpu& device) const;
 
     const simulation_setup* setup_ = nullptr;
     unsigned mask_ = 0;  // effects that the kernels were made for
     bool on_grid_ = false;
     kernel_form form_ = kernel_form::many;
-    unsigned blocks_at_once_ = 0;  // of the grid path, on the whole GPU
+    int blocks_at_once_ = 0;  // of the grid path, on the whole GPU
+    unsigned most_robots_ = 0;
     std::shared_ptr<const kernel_module> step_, measure_, prepare_, summarize_;
     block_shape shape_;
     grid_shape grid_;

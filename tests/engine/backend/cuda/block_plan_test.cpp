@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "backend/cuda/kernels/cells.h"
+#include "backend/cuda/plan/grid_plan.h"
 
 using namespace limax;
 using namespace limax::cuda;
@@ -76,4 +77,12 @@ TEST_CASE("the springs of a square have the order that they have in a cube") {
         }
         CHECK(next == rim_springs);
     }
+}
+
+// The numbers of robots that were fastest on 132 multiprocessors with two blocks each.
+TEST_CASE("robots in tiles are stepped in groups that keep all blocks busy") {
+    CHECK(robots_together(27, 264, 21) == 18);
+    CHECK(robots_together(27, 264, 12) == 9);
+    CHECK(robots_together(64, 264, 6) == 4);
+    CHECK(robots_together(729, 264, 0) == 1);
 }
