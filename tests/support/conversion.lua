@@ -34,9 +34,7 @@ end
 
 --- Expects an error: one line with these texts, and no file written.
 function conversion.refused(t, folder, words, ...)
-  local ended = process.ends(folder, { "convert", unpack(words) })
-  t:ok(ended.status == 2, ("status %d: %s"):format(ended.status, ended.stderr))
-  for _, text in ipairs { ... } do t:ok(ended.stderr:find(text, 1, true), ended.stderr) end
+  local ended = process.fails(t, folder, 2, { "convert", unpack(words) }, ...)
   t:ok(select(2, ended.stderr:gsub("\n", "")) == 1, ended.stderr)
   t:equal(host.file.exists(folder .. "/" .. words[2]), nil)
 end

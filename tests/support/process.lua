@@ -156,6 +156,27 @@ function process.completes(t, folder, arguments, options)
   return done
 end
 
+--- Checks that a command ended with this status and one message that has these texts, without a
+--- Lua traceback.
+---@param done { status: integer, stdout: string, stderr: string }
+---@param ... string
+---@return { status: integer, stdout: string, stderr: string }
+function process.failed(t, done, status, ...)
+  local errors = done.stderr
+  t:ok(done.status == status, ("status %s, expected %d: %s"):format(done.status, status, errors))
+  for _, text in ipairs { ... } do
+    t:ok(errors:find(text, 1, true), ("expected %q in: %s"):format(text, errors))
+  end
+  t:ok(select(2, ("\n" .. errors):gsub("\nlimax: ", "")) == 1, "expected one message: " .. errors)
+  t:ok(not errors:find "scripts/lib/", "a trace into the library: " .. errors)
+  return done
+end
+
+--- Runs `limax` in `folder`, which must fail so.
+function process.fails(t, folder, status, arguments, ...)
+  return process.failed(t, process.ends(folder, arguments), status, ...)
+end
+
 --- Runs a Lua text as a script of `limax`.
 ---@return integer|nil status
 ---@return string output

@@ -23,23 +23,6 @@ end
 
 local run = process.ends
 
--- Expects an end with this status and a message with this text, without a Lua traceback.
-local function refused(t, done, status, text)
-  t:ok(done.status == status,
-    ("status %s, expected %d: %s"):format(done.status, status, done.stderr))
-  t:ok(done.stderr:find(text, 1, true) or done.stderr:find(text),
-    ("expected %q in: %s"):format(text, done.stderr))
-  local _, lines = ("\n" .. done.stderr):gsub("\nlimax: ", "")
-  t:ok(lines == 1, "expected one message: " .. done.stderr)
-  t:ok(not done.stderr:find "scripts/lib/", "a trace into the library: " .. done.stderr)
-end
-
-local function refuses(t, folder, arguments, status, text)
-  local done = run(folder, arguments)
-  refused(t, done, status, text)
-  return done
-end
-
 suite:test("options, files and fields out of range", function(t)
   local folder = t:folder()
   write_experiment(folder)
@@ -72,7 +55,7 @@ suite:test("options, files and fields out of range", function(t)
   } do
     local words = {}
     for word in case[1]:gmatch "%S+" do words[#words + 1] = word end
-    refuses(t, folder, words, case[2], case[3])
+    process.fails(t, folder, case[2], words, case[3])
   end
   t:ok(not host.file.exists(folder .. "/runs"), "a refused run left a folder")
 end)
@@ -82,7 +65,7 @@ suite:test("a device that this machine does not have", function(t)
   write_experiment(folder)
   local done = run(folder, { "run", "try.lua", "--device", "cuda", "--out", "r" })
   if done.status == 0 then t:skip "there is a GPU here" end
-  refused(t, done, 1, "cuda")
+  process.failed(t, done, 1, "cuda")
   t:ok(not host.file.exists(folder .. "/r"))
 end)
 
@@ -90,20 +73,18 @@ suite:test("material files", { limit = 60 }, function(t)
   local folder = t:folder()
   write_experiment(folder, 'fitness = "distance", materials = "mine.json"')
   assert(host.file.mkdir(folder .. "/inner"))
-  refuses(t, folder .. "/inner", { "run", "../try.lua" }, 2,
+  process.fails(t, folder .. "/inner", 2, { "run", "../try.lua" },
     ("no file mine.json in %s/inner, nor beside the experiment in %s"):format(folder, folder))
   local good = source.read(host.home .. "/materials/paper.json")
   for _, case in ipairs {
     { '"stiffness": *[%d%.e+]+', '"stiffness": -5', "stiffness" },
-    { '"stiffness": *[%d%.e+]+', '"stiffness": "stiff"', "stiffness" },
     { '"stiffness": *[%d%.e+]+,', "", "stiffness" },
     { "}%s*$", "", "mine.json" },
   } do
     local text, changes = good:gsub(case[1], case[2], 1)
     t:equal(changes, 1)
     assert(host.file.write_atomic(folder .. "/mine.json", text))
-    local done = refuses(t, folder, { "run", "try.lua" }, 2, case[3])
-    t:ok(done.stderr:find("mine.json", 1, true), done.stderr)
+    process.fails(t, folder, 2, { "run", "try.lua" }, case[3], "mine.json")
   end
   assert(host.file.write_atomic(folder .. "/mine.json", good))
   t:equal(run(folder, { "run", "try.lua", "-q" }).status, 0)
@@ -150,7 +131,7 @@ suite:test("the next free folder is taken and printed, one that is used is refus
     t:ok(done.stdout:find("fitness: distance, m: |r(T) - r(0)|", 1, true), done.stdout)
   end
   local before = source.read(folder .. "/runs/try-1/metrics.jsonl")
-  refuses(t, folder, { "run", "try.lua", "--out", "runs/try-1" }, 2, "try-1 is used already")
+  process.fails(t, folder, 2, { "run", "try.lua", "--out", "runs/try-1" }, "try-1 is used already")
   t:equal(source.read(folder .. "/runs/try-1/metrics.jsonl"), before)
 end)
 
@@ -161,7 +142,7 @@ suite:test("a full disk: one message, and whole generations stay", { limit = 60 
     -- a limit on the size of a file, in blocks of 512 bytes, acts like a full disk
     local done = run(folder, { "run", "try.lua", "--out", "r" },
       { before = "trap '' XFSZ; ulimit -f 60;" })
-    refused(t, done, 1, "cannot append to r/")
+    process.failed(t, done, 1, "cannot append to r/")
     t:ok(done.stderr:find "is on disk; continue with: [^\n]*limax run %-%-resume r", done.stderr)
     -- nothing is wrong with the script
     t:ok(not done.stderr:find("repaired", 1, true), done.stderr)

@@ -159,14 +159,12 @@ suite:test("a wrong encoding or variation is refused with place and remedy", fun
   local function refused(message, genome)
     t:raises(message, function() small { genome = genome } end)
   end
-  refused('genome.encoding: unknown name "cpn"; did you mean "cppn"', { encoding = "cpn" })
   refused("genome.encoding: expected a name or a table, got a function",
     { encoding = own.express })
   refused("genome.encoding.express: ", { encoding = { genes = 3 } })
   refused("genome.encoding.genes: ", { encoding = { express = own.express } })
   refused("genome.encoding.genes: its result: ",
     { encoding = { genes = function() return 0 end, express = own.express } })
-  refused('genome.encoding.expres', { encoding = { genes = 3, expres = own.express } })
   refused('genome.sigma: the encoding "direct" does not use it',
     { encoding = "direct", sigma = 0.2 })
   refused('genome.mutation: unknown name "gausian"', { mutation = "gausian" })
@@ -199,13 +197,6 @@ suite:test("a wrong encoding or variation is refused with place and remedy", fun
     { say = function(text) said = said or text:match "^genome.encoding: robot 2 and all" end })
     :generations()()
   t:ok(said)
-  fails("robots.generation: express has none", one(function(robots) return robots.generation end))
-  fails("robots:mutate.rate: unknown field", { mutation = function(robots)
-    robots:mutate(nil, { rate = 0.5 })
-  end })
-  fails("robots:cross: expected a list of robots such as { 3 }", { crossover = function(robots)
-    for _, i in ipairs(robots) do robots:cross(i) end
-  end })
 end)
 
 return suite

@@ -148,9 +148,7 @@ suite:test("fields in the wrong place or form", { limit = 60 }, function(t)
     "return experiment")))
   for option, text in pairs { ["--seed=3"] = "did you mean --set seed=...?",
     ["--set=lattice=3,3,3"] = "a list is JSON: --set lattice=[3,3,3]" } do
-    local done = process.ends(folder, { "run", "try.lua", option })
-    t:equal(done.status, 2)
-    t:ok(done.stderr:find(text, 1, true), done.stderr)
+    process.fails(t, folder, 2, { "run", "try.lua", option }, text)
   end
 end)
 

@@ -162,9 +162,7 @@ suite:test("options that do not fit are refused", function(t)
   write(folder .. "/none.lua", "return 3")
   write(folder .. "/other.json", host.json.encode(limax.robot { voxels = "ecs\nece" }:table()))
   local function refused(words, text, status)
-    local done = process.ends(folder, { "bench", unpack(words) })
-    t:equal(done.status, status)
-    t:ok(done.stderr:find(text, 1, true), done.stderr)
+    local done = process.fails(t, folder, status, { "bench", unpack(words) }, text)
     t:equal(select(2, done.stderr:gsub("\n", "")), 1)
   end
   refused({ "accuracy", "--section", "rankin" },

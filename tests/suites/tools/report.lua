@@ -295,14 +295,10 @@ end)
 suite:test("a folder that is not a run is refused with its name", function(t)
   local base = t:folder()
   for _, words in ipairs { { "report", "nothing" }, { "list", "nothing" } } do
-    local done = process.ends(base, words)
-    t:equal(done.status, 2)
-    t:ok(done.stderr:find("nothing", 1, true), done.stderr)
+    process.fails(t, base, 2, words, "nothing")
   end
   assert(host.file.mkdir(base .. "/runs"))
-  local done = process.ends(base, { "list" })
-  t:equal(done.status, 1)
-  t:ok(done.stderr:find("there is no run folder in runs", 1, true), done.stderr)
+  process.fails(t, base, 1, { "list" }, "there is no run folder in runs")
 end)
 
 return suite

@@ -178,17 +178,12 @@ suite:test("a file that cannot be written is reported", { limit = 20 }, function
   for _, words in ipairs { { "report", "r", "--no-robots", "--out", "r/r01.html" },
     { "report", "r", "--no-robots", "--figures", "r/STATUS/x" },
     { "picture", "r", "--out", "none/x.mp4" } } do
-    local done = process.ends(base, words)
-    t:equal(done.status, 1)
+    local done = process.fails(t, base, 1, words)
     t:ok(done.stderr:match "^limax: [^\n]+\n$", done.stderr)
   end
-  local other = process.ends(base, { "report", "r", "--out", "page.pdf" })
-  t:equal(other.status, 2)
-  t:ok(other.stderr:find("its name must end in .html", 1, true), other.stderr)
+  process.fails(t, base, 2, { "report", "r", "--out", "page.pdf" }, "its name must end in .html")
   assert(os.remove(base .. "/r/r01/champions/g0002.json"))
-  local done = process.ends(base, { "picture", "r", "--out", "x.png" })
-  t:equal(done.status, 1)
-  t:ok(done.stderr:find("g0002.json: No such file", 1, true), done.stderr)
+  process.fails(t, base, 1, { "picture", "r", "--out", "x.png" }, "g0002.json: No such file")
 end)
 
 return suite

@@ -147,9 +147,8 @@ suite:test("a study compares equal budgets, and continues to the same bytes", { 
     source.read(whole.out .. "/compare/compare.csv"))
 
   -- only the study can resume its runs
-  local done = process.ends(t:folder(), { "run", "--resume", again.out .. "/fixed/r01" })
-  t:equal(done.status, 2)
-  trial.contains(t, done.stderr, "was not started from a script that returns an experiment")
+  process.fails(t, t:folder(), 2, { "run", "--resume", again.out .. "/fixed/r01" },
+    "was not started from a script that returns an experiment")
 
   -- another study in the same folder
   some.evaluations = 40

@@ -212,9 +212,8 @@ suite:test("bad input ends with one message before anything is written", { limit
       ["--run belongs to --resume"] = { "--run", "1" },
     } do
       if expected ~= "expected --out DIR" then words = { "--out", "s", unpack(words) } end
-      local done = process.ends(folder, { "sweep", "try.lua", unpack(words) })
-      t:equal(done.status, 2)
-      t:ok(done.stderr:find(expected, 1, true) and not done.stderr:find "\n.", done.stderr)
+      local done = process.fails(t, folder, 2, { "sweep", "try.lua", unpack(words) }, expected)
+      t:ok(not done.stderr:find "\n.", done.stderr)
       t:equal(host.file.exists(folder .. "/s"), nil)
     end
   end)
@@ -224,9 +223,7 @@ suite:test("a sweep with other lists or another script is refused", { limit = 60
   sweep(t, folder, "try.lua", "--out", "s", "--set", "seed=1,2", "--list")
   process.completes(t, folder, { "run", "try.lua", "-q", "--device", "cpu", "--out", "r" })
   local function refused(expected, ...)
-    local done = process.ends(folder, { "sweep", "--device", "cpu", ... })
-    t:equal(done.status, 2)
-    t:ok(done.stderr:find(expected, 1, true), done.stderr)
+    process.fails(t, folder, 2, { "sweep", "--device", "cpu", ... }, expected)
   end
   refused("holds another sweep, with seed=1/r01 (seed=1)", "try.lua", "--out", "s", "--set",
     "seed=2,3")

@@ -97,12 +97,8 @@ suite:test("a run without a generation, and a folder that is not a run", functio
   local done = process.ends(base, { "watch", "r" })
   t:equal(done.status, 0)
   t:ok(done.stdout:find("no generation has been scored yet", 1, true), done.stdout)
-  done = process.ends(base, { "report", "r" })
-  t:equal(done.status, 1)
-  t:ok(done.stderr:find("nothing to report", 1, true), done.stderr)
-  done = process.ends(base, { "watch", "nothing" })
-  t:equal(done.status, 2)
-  t:ok(done.stderr:find("nothing is not a run folder", 1, true), done.stderr)
+  process.fails(t, base, 1, { "report", "r" }, "nothing to report")
+  process.fails(t, base, 2, { "watch", "nothing" }, "nothing is not a run folder")
 end)
 
 return suite
