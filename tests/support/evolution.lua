@@ -1,6 +1,8 @@
 --- evolution.lua: a small experiment and its run, for the suites of the evolution loop.
 
 local limax = require "limax"
+local process = require "support.process"
+local run_files = require "limax.settings.run_files"
 local source = require "limax.base.source"
 
 local evolution = {}
@@ -33,6 +35,17 @@ function evolution.run(folder, fields)
   for name, value in pairs(fields or {}) do options[name] = value end
   limax.start(evolution.small(options), { out = folder, say = evolution.silent }):finish()
   return folder
+end
+
+--- The lines of a run folder's metrics.jsonl.
+---@return table[]
+function evolution.metrics(folder)
+  return run_files.lines(folder .. "/metrics.jsonl", "metrics")
+end
+
+--- Runs `limax report` with these words, which must succeed.
+function evolution.report(t, base, words)
+  return process.completes(t, base, { "report", unpack(words) })
 end
 
 --- Checks that these files of two run folders have the same bytes.

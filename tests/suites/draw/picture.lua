@@ -155,7 +155,6 @@ suite:test("a run's last champion is drawn, wrong options are refused", { limit 
     [{ file }] = "--out FILE is missing",
     [{ file, "--out", "x.bmp" }] = ".png, .svg, .pdf, .gif or .mp4",
     [{ file, "--out", "x.png", "--times", "0,9" }] = '--times: "9": expected seconds from 0 to 0.5',
-    [{ file, "--out", "x.png", "--view", "back" }] = 'expected one of "side", "top", "iso"',
     [{ file, "--out", "x.svg", "--dpi", "300" }] = "--dpi: only a .png stores it",
     [{ file, "--out", "x.mp4", "--transparent" }] = "--transparent: an .mp4 cannot be transparent",
     [{ file, "--out", "x.png", "--width", "90" }] = "6 poses side by side have 9 px each",

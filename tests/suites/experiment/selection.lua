@@ -179,9 +179,6 @@ suite:test("a function is used as it is; a wrong name or option gets a suggestio
   t:raises('unknown name "tournamant"; did you mean "tournament"?',
     function() limax.selection.get "tournamant" end)
   t:raises('did you mean "size"?', function() limax.selection.get { "tournament", sise = 3 } end)
-  t:raises("a whole number from 1", function() limax.selection.get { "tournament", size = 0 } end)
-  t:raises("lexicase, rank, roulette, tournament, truncation",
-    function() limax.selection.get(5) end)
   t:raises("a table that does not begin with a name",
     function() limax.selection.get { size = 3 } end)
 end)

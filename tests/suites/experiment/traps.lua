@@ -131,18 +131,14 @@ end)
 suite:test("fields in the wrong place or form", { limit = 60 }, function(t)
   gives(t, 2, "mutation_rate: unknown field; it belongs in breeding = { mutation_rate = ... }",
     "mutation_rate = 0.1")
-  gives(t, 2, "mutation: unknown field; it belongs in genome = { mutation = ... }",
-    'mutation = "block"')
   gives(t, 2, "trials[1].actuation: unknown field", "trials = { limax.scenes.land() }")
   gives(t, 0, "breeding.elite_fraction: the survival \"plus\" does not use it",
     'survival = "plus", breeding = { elite_fraction = 0.5 }')
   gives(t, 0, "islands.every: no robot is exchanged", "islands = { count = 2, migrants = 1 }")
   gives(t, 0, "6 of 6 robots of generation 0 have the descriptor 1 (muscle_share) beyond its range",
     'archive = { "grid", descriptors = { { "muscle_share", range = { 2, 3 } } } }')
-  gives(t, 2, "gravity: unknown field; it belongs in scene", "gravity = true")
   gives(t, 2, "device: unknown field; it is an option of limax run: --device", 'device = "cpu"')
   gives(t, 2, "a ready scene is called: scene = limax.scenes.water()", 'scene = "water"')
-  gives(t, 2, "a ready scene is called: scene = limax.scenes.land()", "scene = limax.scenes.land")
   local folder = t:folder()
   assert(host.file.write_atomic(folder .. "/try.lua", SCRIPT:format("", 'fitness = "walk"',
     "return experiment")))

@@ -90,9 +90,6 @@ suite:test("rescored robots have the same bits under the same setting, others un
     t:raises("rescore: unknown setting \"step\"", function()
       rescore.population(robots, { step = 1e-4 })
     end)
-    t:raises("the population has 6", function()
-      rescore.population(robots, { accuracy = "publish" }, { 7 })
-    end)
   end)
 
 suite:test("a tier is recognised by all of its fields", function(t)
@@ -170,7 +167,6 @@ suite:test("options that do not fit are refused", function(t)
   refused({ "accuracy", "--section", "evolutions" }, "--section evolutions needs --full", 2)
   refused({ "accuracy", "--champion", "other.json" }, "--champion belongs to --tune FILE", 2)
   refused({ "effects", "--tune", "small.lua" }, "--tune belongs to limax bench accuracy", 2)
-  refused({ "effects", "--out", "x" }, "--out belongs to limax bench accuracy", 2)
   refused({ "accuracy", "--tune", "none.lua" }, "--tune none.lua: it returns no experiment", 2)
   refused({ "accuracy", "--tune", "small.lua", "--champion", "other.json" },
     "--champion other.json: its lattice is 3x2x1, the experiment's is 2x2x2", 2)

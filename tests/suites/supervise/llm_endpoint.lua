@@ -25,7 +25,6 @@ suite:test("a base URL with or without /v1 and /chat/completions is the same end
     [HERE] = HERE .. "/v1", [HERE .. "/"] = HERE .. "/v1", [HERE .. "/v1"] = HERE .. "/v1",
     [HERE .. "/v1/"] = HERE .. "/v1", [HERE .. "/v1/chat/completions"] = HERE .. "/v1",
     [HERE .. "/v1/chat/completions/"] = HERE .. "/v1",
-    ["http://localhost/proxy"] = "http://localhost/proxy/v1",
     ["https://generativelanguage.googleapis.com/v1beta/openai"] =
       "https://generativelanguage.googleapis.com/v1beta/openai",
     [AZURE .. "/openai/v1/"] = AZURE .. "/openai/v1",
@@ -93,10 +92,8 @@ suite:test("invalid URLs and keys are refused without being printed", function(t
   for _, row in ipairs {
     { "https://me:" .. KEY:gsub("[/+=]", "") .. "@example.org/v1", KEY, "contains credentials" },
     { org .. "?api_key=" .. KEY, KEY, "looks like a key" },
-    { org .. "?x=" .. KEY, KEY, "contains the key" },
     { org .. "#" .. KEY, KEY, "a part after #" },
     { "http://example.org/v1", KEY, "use https, or set allow_insecure = true" },
-    { "http://127.0.0.1.example.org/v1", KEY, "use https" },
     { "ftp://127.0.0.1/", KEY, "must start with https://" },
     { nil, KEY, "set LIMAX_LLM_URL" },
     { org, nil, "no key for https://example.org: set LIMAX_LLM_KEY" },

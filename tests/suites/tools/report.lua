@@ -5,17 +5,12 @@ local evolution = require "support.evolution"
 local host = require "limax.host"
 local limax = require "limax"
 local process = require "support.process"
-local run_files = require "limax.settings.run_files"
 local source = require "limax.base.source"
 local talker = require "support.talker"
 
 local suite = require("limax.test").suite "report"
 
-local run = evolution.run
-
-local function report(t, base, words)
-  return process.completes(t, base, { "report", unpack(words) })
-end
+local run, report, metrics_of = evolution.run, evolution.report, evolution.metrics
 
 -- The numbers of every chart of a page: lists of curves.
 local function charts_of(page)
@@ -24,10 +19,6 @@ local function charts_of(page)
     list[#list + 1] = assert(host.json.decode(text))
   end
   return list
-end
-
-local function metrics_of(folder)
-  return run_files.lines(folder .. "/metrics.jsonl", "metrics")
 end
 
 suite:test("the page has the run's numbers and loads nothing", { limit = 20 }, function(t)

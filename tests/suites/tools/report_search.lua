@@ -3,20 +3,11 @@
 local evolution = require "support.evolution"
 local host = require "limax.host"
 local process = require "support.process"
-local run_files = require "limax.settings.run_files"
 local source = require "limax.base.source"
 
 local suite = require("limax.test").suite "report, search"
 
-local run = evolution.run
-
-local function report(t, base, words)
-  return process.completes(t, base, { "report", unpack(words) })
-end
-
-local function metrics_of(folder)
-  return run_files.lines(folder .. "/metrics.jsonl", "metrics")
-end
+local run, report, metrics_of = evolution.run, evolution.report, evolution.metrics
 
 -- The numbers of the first chart of a page whose title begins so.
 local function chart_named(page, title)
