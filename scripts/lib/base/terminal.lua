@@ -48,12 +48,15 @@ function terminal.pad(text, width, right)
   return right and fill .. text or text .. fill
 end
 
---- A text in lines of at most `width` letters; `indent` is before each line but the first.
+--- A text in lines of at most `width` letters, or as `measure` counts; a longer word has a line of
+--- its own. `indent` is before each line but the first.
+---@param measure? fun(line: string): number
 ---@return string[]
-function terminal.wrap(text, width, indent)
+function terminal.wrap(text, width, indent, measure)
   local lines, line = {}, nil
+  measure = measure or string.len
   for word in text:gmatch "%S+" do
-    if line and #line + #word + 1 > width then
+    if line and measure(line .. " " .. word) > width then
       lines[#lines + 1] = line
       line = indent .. word
     else

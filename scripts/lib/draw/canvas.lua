@@ -77,17 +77,7 @@ function canvas.text_width(text, style) return cairo.width(clean(text), style) e
 ---@param width number px
 ---@return string[]
 function canvas.wrapped(text, style, width)
-  local lines, line = {}, nil
-  for word in text:gmatch "%S+" do
-    local longer = line and line .. " " .. word or word
-    if line and canvas.text_width(longer, style) > width then
-      lines[#lines + 1], line = line, word
-    else
-      line = longer
-    end
-  end
-  lines[#lines + 1] = line
-  return lines
+  return terminal.wrap(text, width, "", function(line) return canvas.text_width(line, style) end)
 end
 
 -- clip(left, top, right, bottom): nothing is drawn outside of this box until the next call; clip()

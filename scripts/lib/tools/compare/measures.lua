@@ -2,6 +2,7 @@
 --- proposals, and without a claim how soon the runs reached a target.
 
 local curves = require "limax.tools.report.curves"
+local ledger = require "limax.supervise.ledger"
 local runs = require "limax.tools.compare.runs"
 local sample = require "limax.base.statistics.sample"
 
@@ -34,26 +35,15 @@ function measures.model(list)
   return { share = all > 0 and own / all or 0, generations = all }
 end
 
---- The number of proposed fields over all generations of all runs, and the share of each outcome,
---- by its name with "_"; no shares where nothing was proposed.
----@return table<string, number>
+--- The number of proposed fields over all generations of all runs, and the share of each outcome.
 function measures.proposals(list)
-  local counts = { accepted = 0, clamped = 0, ["rate-limited"] = 0, rejected = 0 }
-  local shares = { proposed = 0 }
+  local all = {}
   for _, run in ipairs(list) do
     for _, line in ipairs(run.ledger) do
-      for _, entry in ipairs(line.entries or {}) do
-        if counts[entry.outcome] then
-          counts[entry.outcome] = counts[entry.outcome] + 1
-          shares.proposed = shares.proposed + 1
-        end
-      end
+      for _, entry in ipairs(line.entries or {}) do all[#all + 1] = entry end
     end
   end
-  for name, count in pairs(shares.proposed > 0 and counts or {}) do
-    shares[name:gsub("-", "_")] = count / shares.proposed
-  end
-  return shares
+  return ledger.shares { entries = all }
 end
 
 -- ---- learning curves ----------------------------------------------------------------------------

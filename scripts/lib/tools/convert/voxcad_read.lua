@@ -1,6 +1,7 @@
 --- voxcad_read.lua: a robot of VoxCad or voxcraft-sim (.vxa, .vxd) as the table of a robot file.
 --- SI units.
 
+local body = require "limax.robot.body"
 local document = require "limax.tools.convert.voxcad_document"
 local engine = require "limax.engine"
 local input = require "limax.tools.convert.input"
@@ -53,15 +54,9 @@ end
 
 -- A list [z][y][x] of values of every voxel, by z and i.
 local function grid_of(lattice, value)
-  local grid = {}
-  for z = 1, lattice[3] do
-    grid[z] = {}
-    for y = 1, lattice[2] do
-      grid[z][y] = {}
-      for x = 1, lattice[1] do grid[z][y][x] = value(z, x + (y - 1) * lattice[1]) end
-    end
-  end
-  return grid
+  return body.grid({ lattice[3], lattice[2], lattice[1] }, function(z, y, x)
+    return value(z, x + (y - 1) * lattice[1])
+  end)
 end
 
 -- The phase (radians) and the material of every voxel [z][i]. A phase beyond half a period becomes
