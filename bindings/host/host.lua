@@ -51,7 +51,9 @@
 ---@field writer fun(): limax.host.writer
 
 ---@class limax.host.signal
----@field rearm fun() the next Ctrl-C counts as the first one: for prompts
+---@field rearm fun(): boolean the next Ctrl-C counts as the first one, for prompts; false after
+--- SIGTERM, which ends them
+---@field status fun(): integer exit status of an interrupt: 130 after Ctrl-C, 143 after SIGTERM
 ---@field on_hard_stop fun(line: string|nil) a line for standard error if the process ends without
 --- Lua: 2 s after Ctrl-C without a reaction, or by a second Ctrl-C; nil: none
 ---@field watch fun(name: string|nil): string|nil names the user's function that runs, for a report

@@ -1,8 +1,8 @@
-// signals.cpp: Ctrl-C. The handler sets the engine's stop flag and a hook that raises an error in
-// every further instruction of the interpreter, until the host's protected call handles the
-// interrupt: a script's pcall cannot catch it. Compiled traces check no hook, so an alarm ends the
-// process if the interrupt is not handled within 2 s. Only the main thread handles SIGINT. The same
-// alarm reports a user's function that runs for 5 s.
+// signals.cpp: Ctrl-C, and SIGTERM, which does the same. The handler sets the engine's stop flag
+// and a hook that raises an error in every further instruction of the interpreter, until the host's
+// protected call handles the interrupt: a script's pcall cannot catch it. Compiled traces check no
+// hook, so an alarm ends the process if the interrupt is not handled within 2 s. Only the main
+// thread handles these signals. The same alarm reports a user's function that runs for 5 s.
 #include "signals.h"
 
 #include <poll.h>
@@ -33,7 +33,7 @@ constexpr std::int64_t long_call = 1'000'000'000;  // ns
 // Two signals this close count as one: `timeout -s INT` and some launchers signal a process and
 // then its whole group.
 constexpr std::int64_t same_press = 100'000'000;  // ns
-constexpr int status_interrupted = 130;           // the shell's 128 + SIGINT
+constexpr int status_of_signal = 128;             // of the shell; more by its number
 // A terminal that accepts no text for so long (a stopped one, say) is not waited for.
 constexpr int longest_wait_for_stderr = 200;  // ms
 
@@ -43,7 +43,8 @@ std::atomic<lua_State*> state{nullptr};
 std::atomic<bool> pressed{false};  // since the last rearm
 std::atomic<bool> pending{false};  // and not acknowledged
 std::atomic<std::int64_t> pressed_at{0};
-std::atomic<int> exit_status{status_interrupted};
+std::atomic<int> pressed_signal{SIGINT};
+std::atomic<int> exit_status{-1};  // once all work is done
 static_assert(std::atomic<lua_State*>::is_always_lock_free &&
                   std::atomic<std::int64_t>::is_always_lock_free &&
                   std::atomic<int>::is_always_lock_free,
@@ -84,7 +85,7 @@ void write_watched(std::string_view before, std::string_view after) {
 [[noreturn]] void stop_with_message() {
     if (const std::string* const last = hard_stop_message)
         write_to_stderr(last->data(), last->size());
-    _exit(exit_status);
+    _exit(exit_status >= 0 ? exit_status.load() : interrupt_status());
 }
 
 // LuaJIT allows lua_sethook in handlers, but forgets the hook if it was just then changing what the
@@ -94,11 +95,11 @@ void raise_soon(lua_State* L) {
     alarm(1);
 }
 
-void on_interrupt(int) {
+void on_interrupt(int signal) {
     const int errno_before = errno;
     if (pthread_equal(pthread_self(), main_thread) == 0) {
         // a thread of a library that did not block the signal
-        pthread_kill(main_thread, SIGINT);
+        pthread_kill(main_thread, signal);
         errno = errno_before;
         return;
     }
@@ -110,6 +111,7 @@ void on_interrupt(int) {
         stop_with_message();
     }
     if (!pressed) {
+        pressed_signal = signal;
         pressed_at = now;
         pressed = true;
         pending = true;
@@ -156,13 +158,19 @@ void on_alarm(int) {
     stop_with_message();
 }
 
-// Blocks SIGINT on this thread for the length of a scope.
+sigset_t interrupts() {
+    sigset_t set;
+    sigemptyset(&set);
+    sigaddset(&set, SIGINT);
+    sigaddset(&set, SIGTERM);
+    return set;
+}
+
+// Blocks these signals on this thread for the length of a scope.
 class without_interrupts {
 public:
     without_interrupts() {
-        sigset_t set;
-        sigemptyset(&set);
-        sigaddset(&set, SIGINT);
+        const sigset_t set = interrupts();
         pthread_sigmask(SIG_BLOCK, &set, &before_);
     }
     ~without_interrupts() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
@@ -177,10 +185,13 @@ int lua_interrupted(lua_State* L) { return push(L, interrupted()); }
 
 int lua_raise_if_interrupted(lua_State* L) { return interrupted() ? raise_interrupt(L) : 0; }
 
-int lua_rearm(lua_State*) {
+int lua_status(lua_State* L) { return push(L, interrupt_status()); }
+
+// rearm() -> boolean: false after SIGTERM, after which nothing goes on
+int lua_rearm(lua_State* L) {
     acknowledge_interrupt();
     pressed = false;
-    return 0;
+    return push(L, pressed_signal != SIGTERM);
 }
 
 // on_hard_stop(line): the line for standard error if the process ends without Lua; nil: none
@@ -215,9 +226,8 @@ int interrupt_text(lua_State* L) { return push(L, "interrupted"); }
 void handle(int signal, void (*handler)(int)) {
     struct sigaction action {};
     action.sa_handler = handler;
-    sigemptyset(&action.sa_mask);
-    // Ctrl-C sets an alarm of its own, which no other may replace
-    if (signal == SIGALRM) sigaddset(&action.sa_mask, SIGINT);
+    // an interrupt sets an alarm of its own, which no other may replace
+    action.sa_mask = interrupts();
     // no SA_RESTART for Ctrl-C: a read that waits for input must return to Lua
     action.sa_flags = signal == SIGALRM ? SA_RESTART : 0;
     if (sigaction(signal, &action, nullptr) != 0)
@@ -230,6 +240,7 @@ void install_signals(lua_State* L) {
     main_thread = pthread_self();
     state = L;
     handle(SIGINT, on_interrupt);
+    handle(SIGTERM, on_interrupt);
     handle(SIGALRM, on_alarm);
 }
 
@@ -240,6 +251,8 @@ void release_signals() {
 }
 
 void settle_status(int status) { exit_status = status; }
+
+int interrupt_status() { return status_of_signal + pressed_signal; }
 
 bool interrupted() { return pending; }
 
@@ -281,6 +294,7 @@ void open_signals(lua_State* L) {
     add_function<lua_raise_if_interrupted>(L, "raise_if_interrupted");
     lua_newtable(L);
     add_function<lua_rearm>(L, "rearm");
+    add_function<lua_status>(L, "status");
     add_function<lua_on_hard_stop>(L, "on_hard_stop");
     add_function<lua_watch>(L, "watch");
     lua_setfield(L, -2, "signal");

@@ -1,5 +1,5 @@
-// signals.h: Ctrl-C: a flag for the engine and for waits, a hook for interpreted Lua, an alarm for
-// compiled Lua. Includes Lua only.
+// signals.h: Ctrl-C and SIGTERM: a flag for the engine and for waits, a hook for interpreted Lua,
+// an alarm for compiled Lua. Includes Lua only.
 #pragma once
 
 #include <lua.hpp>
@@ -13,6 +13,9 @@ void release_signals();
 // Sets the exit status of a process that is interrupted after all its work is done. After
 // release_signals.
 void settle_status(int status);
+
+// The shell's exit status of the signal that came last: 130 after Ctrl-C, 143 after SIGTERM.
+int interrupt_status();
 
 // Whether Ctrl-C came and was not acknowledged.
 bool interrupted();

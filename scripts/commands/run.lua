@@ -285,7 +285,7 @@ local function interrupted(session)
       or "interrupted; the unfinished generation is dropped\n", "continue with: ",
       shell.resume_command(path), "\n")
   end
-  return 130
+  return host.signal.status()
 end
 
 -- Writes the state of the run and prints how to continue it. Nothing on disk is lost.
@@ -321,7 +321,7 @@ end
 --- Runs an experiment to its end, or continues the folder that `arguments.resume` names.
 ---@param experiment limax.experiment|nil nil with `arguments.resume`
 ---@param arguments table options of `limax run` by name
----@return integer status 0; 130 after Ctrl-C; 1 or 2 after a failure
+---@return integer status 0; 130 after Ctrl-C, 143 after SIGTERM; 1 or 2 after a failure
 function command.run_experiment(experiment, arguments)
   local session = { path = arguments.resume, quiet = arguments.quiet, tally = tally.new(),
     notes = {} }

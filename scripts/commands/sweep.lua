@@ -140,7 +140,7 @@ local function run_here(self, left, arguments)
   if not fine and value ~= host.interrupt then error(value, 0) end
   output.warn(fine and ("%d run%s failed"):format(failed, failed == 1 and "" or "s")
     or "interrupted; unfinished generations are dropped", "\ncontinue with: ", go_on, "\n")
-  return fine and 1 or 130
+  return fine and 1 or host.signal.status()
 end
 
 -- Prints what the sweep has, and what reads it.

@@ -9,7 +9,7 @@ local suggest = require "limax.engine.suggest"
 
 local main = {}
 
-local exit_failed, exit_usage, exit_interrupted = 1, 2, 130
+local exit_failed, exit_usage = 1, 2
 
 -- names of the commands: the files of scripts/commands, sorted
 local function command_names()
@@ -122,7 +122,7 @@ function main.main(argv)
   io.stdout:flush()
   if value == host.interrupt then
     output.warn("limax: interrupted\n")
-    return exit_interrupted
+    return host.signal.status()
   end
   local status = failure.status(value)
   output.warn("limax: ", status and tostring(value) or failure.text(value, trace), "\n")

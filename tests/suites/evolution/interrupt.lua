@@ -23,12 +23,12 @@ local function started(t, text)
   return child
 end
 
--- Sends SIGINT to a script that is ready, and returns what it has printed.
-local function interrupt(t, text)
+-- Sends SIGINT, or another signal, to a script that is ready, and returns what it has printed.
+local function interrupt(t, text, signal)
   local child = started(t, text)
-  child:signal "INT"
+  child:signal(signal or "INT")
   local status, output, seconds = child:finish()
-  t:equal(status, 130)
+  t:equal(status, signal == "TERM" and 143 or 130)
   t:ok(seconds < LATE, ("it took %.1f s"):format(seconds))
   return output
 end
@@ -47,6 +47,9 @@ suite:test("Ctrl-C ends interpreted loops, pcall loops, coroutines and waits", f
   } do
     t:equal(interrupt(t, READY .. loop), "ready\nlimax: interrupted\n")
   end
+  -- a scheduler asks a job to end so
+  t:equal(interrupt(t, READY .. "require('limax.host').wait(60)", "TERM"),
+    "ready\nlimax: interrupted\n")
 end)
 
 suite:test("Ctrl-C ends compiled loops, by a hard stop if need be", function(t)

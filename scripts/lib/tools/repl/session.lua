@@ -12,7 +12,7 @@ local show = require "limax.tools.repl.show"
 
 local session = {}
 
-local exit_failed, exit_interrupted = 1, 130
+local exit_failed = 1
 
 -- The line of a text that a message is about, if there are several; `first` is the first number.
 local function line_of(text, message, first)
@@ -116,9 +116,9 @@ function session.talk()
     if not fine then
       if line ~= host.interrupt then error(line, 0) end
       -- Ctrl-C at the prompt discards the statement
-      host.signal.rearm()
-      text = nil
       output.write("\n")
+      if not host.signal.rearm() then return host.signal.status() end
+      text = nil
     elseif line == nil then
       output.write("\n")
       return 0
@@ -127,7 +127,7 @@ function session.talk()
       local done, interrupt = take(text, 1)
       if interrupt then
         output.warn("interrupted\n")
-        host.signal.rearm()
+        if not host.signal.rearm() then return host.signal.status() end
       end
       if done ~= nil then
         if history.add(text) and editor then editor.remember(text) end
@@ -152,7 +152,7 @@ function session.take_all(lines)
     if not text then first = number end
     text = text and text .. "\n" .. line or line
     local fine, interrupt = take(text, first)
-    if fine == false then return interrupt and exit_interrupted or exit_failed end
+    if fine == false then return interrupt and host.signal.status() or exit_failed end
     if fine then text = nil end
   end
   if not text then return 0 end
