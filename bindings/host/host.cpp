@@ -1,5 +1,6 @@
 // host.cpp: the executable `limax`: a LuaJIT state with the module limax.host, in which start.lua
 // runs the command line. It exits with the status that start.lua returns.
+#include <dlfcn.h>
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -26,7 +27,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int status_failed = 1;
-constexpr int status_interrupted = 130;
 
 struct command_line {
     int count;
@@ -96,6 +96,14 @@ int lua_exit(lua_State* L) {
     leave(L, status);
 }
 
+// open_library(name) -> true | nil, message: opens a library that is beside liblimax, for ffi.C
+int lua_open_library(lua_State* L) {
+    if (dlopen(luaL_checkstring(L, 1), RTLD_NOW | RTLD_GLOBAL) != nullptr) return push(L, true);
+    lua_pushnil(L);
+    push(L, dlerror());
+    return 2;
+}
+
 // Makes the table of `require "limax.host"`, to which start.lua adds the rest.
 void open_host(lua_State* L, const command_line& line) {
     lua_getfield(L, LUA_REGISTRYINDEX, "_LOADED");
@@ -109,6 +117,7 @@ void open_host(lua_State* L, const command_line& line) {
     set(L, "cuda_compiler", LIMAX_CUDA_COMPILER);
     set(L, "cdef", limax_cdef);
     add_function<lua_exit>(L, "exit");
+    add_function<lua_open_library>(L, "open_library");
     open_signals(L);
     open_protect(L, line.home);
     open_json(L);
@@ -156,7 +165,7 @@ int start(lua_State* L) {
     if (protected_call(L, 1)) leave(L, static_cast<int>(lua_tointeger(L, -1)));
 
     push_interrupt(L);
-    if (lua_rawequal(L, -1, -3) != 0) leave(L, status_interrupted);
+    if (lua_rawequal(L, -1, -3) != 0) leave(L, interrupt_status());
     std::fprintf(stderr, "limax: %s\n", lua_tostring(L, -2));
     leave(L, status_failed);
 }

@@ -30,7 +30,7 @@ need_packages() {
 build_packages=(g++ cmake ninja-build pkg-config libluajit-5.1-dev libcurl4-openssl-dev nlohmann-json3-dev
     libssl-dev libxxhash-dev libedit-dev zlib1g-dev libpng-dev libgif-dev libpugixml-dev libzip-dev
     libeigen3-dev libspectra-dev libcairo2-dev fonts-dejavu-core libjs-three)
-test_packages=(doctest-dev)
+test_packages=(doctest-dev libopenmpi-dev openmpi-bin)
 
 # configure [CMake options]: into $build; Release by default.
 configure() {

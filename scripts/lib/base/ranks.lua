@@ -1,0 +1,99 @@
+--- ranks.lua: the processes of a run that mpirun or srun started together, over MPI
+--- (bindings/mpi/ranks.cpp). In any other process there is one rank, and nothing is loaded.
+
+local ffi = require "ffi"
+local failure = require "limax.base.failure"
+local host = require "limax.host"
+
+---@class limax.ranks
+---@field index integer of this process, from 0
+---@field count integer processes
+local ranks = { index = 0, count = 1 }
+
+local LIBRARY = "liblimax_mpi.so"
+-- s between looks at a gather: short at first, then so long that other ranks get the core
+local SHORTEST_WAIT, LONGEST_WAIT = 1e-5, 1e-3
+
+-- Processes that the launcher started.
+local function started()
+  local slurm = os.getenv "PMIX_RANK" or os.getenv "PMI_RANK"
+  return tonumber(os.getenv "OMPI_COMM_WORLD_SIZE" or os.getenv "PMI_SIZE"
+    or slurm and os.getenv "SLURM_STEP_NUM_TASKS") or 1
+end
+
+-- Memory that MPI reads and writes until a gather is complete, also where an interrupt ends it.
+local in_flight -- luacheck: ignore
+
+local function wait()
+  local pause = SHORTEST_WAIT
+  while ffi.C.limax_ranks_done() == 0 do
+    host.wait(pause)
+    pause = math.min(2 * pause, LONGEST_WAIT)
+  end
+end
+
+--- Exchanges texts: every rank calls it with its own, and gets those of all. A rank that is lost
+--- ends the others as Ctrl-C does.
+---@param text string
+---@return string[] by rank; the first one is rank 0's
+function ranks.gather(text)
+  if ranks.count == 1 then return { text } end
+  local own, sizes = ffi.new("int64_t[1]", #text), ffi.new("int64_t[?]", ranks.count)
+  in_flight = { text, own, sizes }
+  ffi.C.limax_ranks_gather_sizes(own, sizes)
+  wait()
+  local total, list = 0, {}
+  for r = 0, ranks.count - 1 do
+    total = total + tonumber(ffi.C.limax_ranks_padded(sizes[r]))
+  end
+  local all = ffi.new("char[?]", math.max(total, 1))
+  in_flight[4] = all
+  ffi.C.limax_ranks_gather(text, sizes, all)
+  wait()
+  local place = 0
+  for r = 0, ranks.count - 1 do
+    list[r + 1] = ffi.string(all + place, tonumber(sizes[r]))
+    place = place + tonumber(ffi.C.limax_ranks_padded(sizes[r]))
+  end
+  in_flight = nil
+  return list
+end
+
+--- Does this rank report that the run ended early? Rank 0 does, or rank 1 where rank 0 is lost.
+---@return boolean
+function ranks.reports()
+  return ranks.count == 1 or ffi.C.limax_ranks_reports() == 1
+end
+
+--- Leaves the other ranks at the end of all work. Collective.
+function ranks.finish()
+  if ranks.count == 1 then return end
+  ranks.gather "" -- while others still work
+  ffi.C.limax_ranks_finish()
+end
+
+local function start()
+  local loaded, message = host.open_library(LIBRARY)
+  if not loaded then
+    failure.raise(1, ("mpirun started %d processes, but limax was built without MPI (%s): install"
+      .. " libopenmpi-dev and build again, or run it without mpirun"):format(started(), message))
+  end
+  ffi.cdef [[
+    int limax_ranks_start(int* own, int* count);
+    void limax_ranks_gather_sizes(const int64_t* own, int64_t* sizes);
+    int64_t limax_ranks_padded(int64_t size);
+    void limax_ranks_gather(const char* text, const int64_t* sizes, char* all);
+    int limax_ranks_done(void);
+    int limax_ranks_reports(void);
+    void limax_ranks_finish(void);
+  ]]
+  local own, count = ffi.new "int[1]", ffi.new "int[1]"
+  if ffi.C.limax_ranks_start(own, count) ~= 0 then
+    failure.raise(1, "this MPI does not serve several threads (MPI_THREAD_MULTIPLE)")
+  end
+  ranks.index, ranks.count = own[0], count[0]
+end
+
+if started() > 1 then start() end
+
+return ranks
