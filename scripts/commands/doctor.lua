@@ -16,6 +16,7 @@ local tiers = require "limax.settings.tiers"
 -- programs that limax or its developers use if they are installed
 local TOOLS = {
   { "ffmpeg", "animations as MP4" },
+  { "mpirun", "one run on several machines" },
   { "valgrind", "the tests that count instructions" },
   { "clang-format", "the C++ linter", "clang-format-14" },
   { "luacheck", "the Lua linter" },
