@@ -113,12 +113,6 @@ letters:test("simulate checks its options", function(t)
   end
 end)
 
-letters:test("a body falls freely under gravity", function(t)
-  local robot = limax.robot { voxels = "b" }:simulate { scene = { gravity = true }, settle = 0,
-    duration = 1, accuracy = "reference", record = { center_of_mass = 20 } }
-  t:near(robot:displacement(), { 0, 0, -9.81 / 2 }, { atol = 1e-6 })
-end)
-
 letters:test("a second simulate keeps the settings of the first", function(t)
   local first = limax.robot { voxels = "ecs\nece" }:simulate { duration = 0.4, settle = 0.1,
     scene = limax.scenes.land { friction = false }, record = { center_of_mass = 20 } }

@@ -217,7 +217,6 @@ suite:test("a broken transcript is refused before the run, a cut last line is no
       ["line 1: expected schema limax.transcript/1, got limax.transcript/2"] =
         { "limax.transcript/1", "limax.transcript/2" },
       ["transcript.jsonl: line 2"] = { "^([^\n]*\n)", "%1broken " },
-      ["expected kind attempt or outcome"] = { '"kind":"attempt"', '"kind":"guess"' },
       ["expected a list as asks"] = { '"asks":%[.-%],"client"', '"client"' },
       ["has no outcome of generation 3"] =
         { '[^\n]*"generation":3,"kind":"outcome"[^\n]*\n', "" },
