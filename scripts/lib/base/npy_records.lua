@@ -108,7 +108,6 @@ end
 --- The bytes of a .npy file. A field that no row has is left out.
 ---@param rows integer
 ---@param fields limax.npy.field[]
----@return string
 function npy_records.pack(rows, fields)
   local there, width = {}, 0
   for _, field in ipairs(fields) do

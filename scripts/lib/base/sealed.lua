@@ -7,7 +7,6 @@ local sealed = {}
 
 --- Adds the hash to an encoded object.
 ---@param text string ends in a line break
----@return string
 function sealed.add(text)
   local body, close = text:match "^(.*[^%s])(%s*}\n)$"
   local field = close == "}\n" and ',"hash":"%s"' or ',\n  "hash": "%s"'

@@ -103,7 +103,6 @@ local function shown(path, base)
 end
 
 --- Lines `first` to `last` of a text.
----@return string
 function source.lines_of(text, first, last)
   local picked, number = {}, 0
   for line in (text .. "\n"):gmatch "(.-)\n" do

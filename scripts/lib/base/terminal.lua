@@ -51,7 +51,6 @@ end
 --- A text in lines of at most `width` letters, or as `measure` counts; a longer word has a line of
 --- its own. `indent` is before each line but the first.
 ---@param measure? fun(line: string): number
----@return string[]
 function terminal.wrap(text, width, indent, measure)
   local lines, line = {}, nil
   measure = measure or string.len
@@ -154,7 +153,6 @@ function terminal.cells(columns, list, missing)
 end
 
 --- The same as a table; nil shows as a dash.
----@return string
 function terminal.rows(columns, list, style)
   local head, cells = terminal.cells(columns, list, "-")
   return terminal.table(head, cells, style)

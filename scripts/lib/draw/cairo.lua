@@ -241,7 +241,6 @@ local scratch
 
 --- px that a text takes along its line.
 ---@param text string UTF-8
----@return number
 function cairo.width(text, style)
   local C = open()
   if not scratch then

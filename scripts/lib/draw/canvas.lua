@@ -69,13 +69,11 @@ end
 
 --- px that a text takes along its line.
 ---@param style limax.draw.text
----@return number
 function canvas.text_width(text, style) return cairo.width(clean(text), style) end
 
 --- A text as lines that are at most so wide; a word that is wider has a line of its own.
 ---@param style limax.draw.text
 ---@param width number px
----@return string[]
 function canvas.wrapped(text, style, width)
   return terminal.wrap(text, width, "", function(line) return canvas.text_width(line, style) end)
 end

@@ -58,7 +58,6 @@ end
 
 --- How bright a face with this normal is: a factor on its colour.
 ---@param normal number[] of length 1
----@return number
 function skin.brightness(normal) return 0.80 + 0.28 * polygon.dot(normal, light) end
 
 --- The faces that face the viewer.

@@ -79,7 +79,6 @@ end
 --- The volume between a reference point and a front of two or three objectives, exactly.
 ---@param points number[][] larger is better
 ---@param reference number[]
----@return number
 function front.hypervolume(points, reference)
   local above = {}
   for _, point in ipairs(points) do

@@ -25,7 +25,6 @@ function measured.outcome(self, what)
 end
 
 --- The experiment's `record` with one more entry, as a script writes it.
----@return string
 function measured.entry_to_add(self, kind)
   local parts, record = {}, self.context.options.record or {}
   for _, name in ipairs(defaults.traces) do
@@ -43,7 +42,6 @@ function measured.is_recorded(self, kind)
 end
 
 --- A number that the engine computes from a trace.
----@return number
 function measured.summary(self, what, field, kind)
   local value = measured.outcome(self, what)[field]
   -- NaN where the trace is not recorded

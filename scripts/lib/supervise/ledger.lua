@@ -66,7 +66,6 @@ end
 
 --- Names of the fields of a material that may be proposed: amplitude and phase belong to muscles.
 ---@param material table an entry of engine materials: kind, stiffness, ...
----@return string[]
 function ledger.material_fields(material)
   if material.kind == "empty" then return {} end
   if material.kind == "passive" then return { "stiffness" } end

@@ -19,7 +19,6 @@ end
 --- The q-quantile of an ascending list, linear between neighbours (R's type 7).
 ---@param sorted number[] ascending, not empty
 ---@param q number 0 to 1
----@return number
 function sample.quantile(sorted, q)
   local position = q * (#sorted - 1) + 1
   local below = math.floor(position)

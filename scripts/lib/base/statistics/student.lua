@@ -9,7 +9,6 @@ local student = {}
 --- The probability of |T| < t.
 ---@param t number at least 0
 ---@param freedom integer degrees of freedom, 1 or more
----@return number
 function student.within(t, freedom)
   local angle = math.atan(t / math.sqrt(freedom))
   local cosine, sine = math.cos(angle), math.sin(angle)
@@ -26,7 +25,6 @@ end
 --- The t for which |T| < t has this probability.
 ---@param probability number above 0, below 1
 ---@param freedom integer
----@return number
 function student.quantile(probability, freedom)
   local low, high = 0, 1
   while student.within(high, freedom) < probability do high = 2 * high end

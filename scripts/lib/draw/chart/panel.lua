@@ -292,7 +292,6 @@ end
 --- px that a colour bar, or the names at the ends of curves, need to the right of the axes.
 ---@param wide number px of the panel
 ---@param size number px of texts
----@return number
 function panel.room(spec, wide, size)
   if spec.marks and spec.marks.label then return marks.ROOM end
   local most = 0

@@ -19,7 +19,6 @@ local HEAD, BARB, SHAFT = 1.2, 0.5, 0.22
 local ROW, GAP = LONGEST + 0.2, 1
 
 --- Capitals that the flows of a world take above the robot: 0 where nothing flows.
----@return number
 function flow.room(stage) return ROW * #stage.flows end
 
 -- The arrow of a flow, right and up, px; nil where it goes along the line of sight.

@@ -216,7 +216,6 @@ function scene.draw(canvas, film, frame, pose, k)
 end
 
 --- px, where panel `k` begins.
----@return number
 function scene.left(frame, k) return frame.left + (k - 1) * (frame.panel + frame.gap) end
 
 --- Draws arrows for wind and current, with their speeds, above what is drawn in the panels.

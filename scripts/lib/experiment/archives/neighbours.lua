@@ -185,7 +185,6 @@ end
 
 --- The index of the point that is nearest to another one.
 ---@param point number[]
----@return integer
 function Neighbours:nearest_to(point)
   self.one = self.one or { query = self.query + 0, most = 1, found = ffi.new("double[?]", 1),
     indices = ffi.new("int32_t[?]", 1), count = 0 }

@@ -159,7 +159,6 @@ end
 
 --- The facts as lines of text.
 ---@param facts table
----@return string[]
 function scene_report.lines(facts)
   local runs, infos, lines = facts.runs, {}, {}
   local function line(...) lines[#lines + 1] = (...):format(select(2, ...)) end

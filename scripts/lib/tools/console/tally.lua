@@ -40,7 +40,6 @@ local PARTS = { { "simulate", "simulation" }, { "fitness", "fitness", "fitness" 
 
 --- What the time was spent on, as a line; functions of the script with their place.
 ---@param config table
----@return string
 function Tally:time_text(config)
   local total, texts = 0, {}
   for _, value in pairs(self.seconds) do total = total + value end
@@ -55,7 +54,6 @@ function Tally:time_text(config)
 end
 
 --- The tally as a line.
----@return string
 function Tally:text()
   if self.failed == 0 then return ("None of %d robots failed.\n"):format(self.robots) end
   local parts = {}

@@ -39,7 +39,6 @@ local function add_fields(lines, list, prefix)
 end
 
 --- The text of the page.
----@return string
 function page.text()
   local lines = { "# Reference\n", wrapped(head):gsub("\n  ", "\n") .. "\n" }
   for _, group in ipairs(api.groups()) do

@@ -83,7 +83,6 @@ local function add_modules(lines)
 end
 
 --- The text of the stub.
----@return string
 function stub.text()
   local lines = {}
   add_types(lines)

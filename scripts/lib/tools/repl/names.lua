@@ -40,7 +40,6 @@ local function sorted(tables)
 end
 
 --- Every name that can be typed, sorted.
----@return string[]
 function names.all() return sorted { own, names.words, globals, { limax = true } } end
 
 --- The value of a name, or nil. Raises no error.
@@ -66,7 +65,6 @@ function names.declare(list)
 end
 
 --- The names that were defined, sorted, without those of the last values.
----@return string[]
 function names.typed()
   local list = {}
   for _, name in ipairs(sorted { own }) do

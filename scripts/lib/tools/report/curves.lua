@@ -258,7 +258,6 @@ function curves.diversity(list)
 end
 
 --- The names of the numbers that the fitness of any run returns beside its score, sorted.
----@return string[]
 function curves.measure_names(list)
   local named = {}
   for _, arm in ipairs(list) do
@@ -284,7 +283,6 @@ end
 
 --- Robots of a generation without a score.
 ---@param line table of metrics
----@return integer
 function curves.failed(line)
   return line.failed.invalid + line.failed.diverged + line.failed.fitness
 end

@@ -172,7 +172,6 @@ end
 
 --- The champion's score, under the first materials where that is recorded.
 ---@param line table of metrics
----@return number
 function runs.score(line) return line.best_standard or line.best end
 
 --- The generation whose champion is the result of a run: the last one, or, as only the survival

@@ -33,7 +33,6 @@ end
 
 --- The name of a part's value: "plus", "4 islands", "own.lua:12" of a function.
 ---@param part limax.report.search_part
----@return string
 function search.name(config, part)
   local value = at(config, part.path)
   if value == nil then return part.absent end
@@ -63,7 +62,6 @@ end
 
 --- A part's value with its options: "grid, cells = 12, descriptors = { contact, mass }".
 ---@param part limax.report.search_part
----@return string
 function search.text(config, part)
   local value = at(config, part.path)
   return value == nil and part.absent or text_of(value)
@@ -74,7 +72,6 @@ end
 ---@param path string "archive.cells"
 ---@param one table a configuration
 ---@param other table
----@return boolean
 function search.has(path, one, other)
   for _, part in ipairs(search.parts) do
     if path == part.path or path:find(part.path .. ".", 1, true) == 1 then return true end

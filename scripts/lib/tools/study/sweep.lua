@@ -196,7 +196,6 @@ end
 --- A job script of Slurm: an array with a task for each of these runs.
 ---@param numbers integer[]
 ---@param options { threads: integer, device: string }
----@return string
 function sweep.slurm(self, numbers, options)
   local out = self.out
   return table.concat({

@@ -45,7 +45,6 @@ end
 
 --- Path of a golden.
 ---@param suite_file string path of the suite's file
----@return string
 function golden.path(suite_file, name)
   local folder, stem = suite_file:match "^(.*)/([^/]*)$"
   stem = (stem or suite_file):gsub("%.lua$", "")
