@@ -53,14 +53,9 @@ in DIR at the same time; each run is computed by one of them. CLUSTER.md has exa
 local function chosen(arguments)
   local file = arguments[1]
   if arguments.resume then
-    for _, name in ipairs { "out", "repetitions" } do
-      if arguments[name] then
-        failure.raise(2, ("--resume knows its plan: leave out --%s"):format(name))
-      end
-    end
-    if file or arguments.set[1] then
-      failure.raise(2, "--resume knows its plan: leave out " .. (file or "--set"))
-    end
+    local given = file or arguments.set[1] and "--set" or arguments.out and "--out"
+      or arguments.repetitions and "--repetitions"
+    if given then failure.raise(2, "--resume knows its plan: leave out " .. given) end
     return sweep.open(arguments.resume)
   end
   if arguments.run then failure.raise(2, "--run belongs to --resume") end

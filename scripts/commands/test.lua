@@ -102,7 +102,6 @@ local function update_of(arguments)
     if arguments.reason then failure.raise(2, "--reason goes with --update-golden") end
     return nil
   end
-  if arguments.reason == "" then failure.raise(2, "--reason is empty") end
   return {
     reason = arguments.reason,
     ask = function(text)

@@ -79,14 +79,6 @@ function grid.fields(texts)
   return list
 end
 
---- How many points a grid has.
----@param fields limax.sweep.field[]
-function grid.size(fields)
-  local size = 1
-  for _, field in ipairs(fields) do size = size * #field.values end
-  return size
-end
-
 ---@class limax.sweep.point
 ---@field changes string[] "path=value"
 ---@field arm string what varies, except seeds, which are repetitions of an arm
@@ -97,8 +89,9 @@ end
 ---@param name string of the experiment, for a grid in which nothing varies
 ---@return limax.sweep.point[]
 function grid.points(fields, name)
-  local list, of_folder = {}, {}
-  for k = 0, grid.size(fields) - 1 do
+  local list, of_folder, count = {}, {}, 1
+  for _, field in ipairs(fields) do count = count * #field.values end
+  for k = 0, count - 1 do
     local changes, arm, folder, rest = {}, {}, {}, k
     for i = #fields, 1, -1 do
       local field = fields[i]

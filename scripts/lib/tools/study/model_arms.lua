@@ -19,7 +19,7 @@ end
 --- Is an endpoint configured?
 function model_arms.available()
   local url = os.getenv "LIMAX_LLM_URL"
-  return url ~= nil and url ~= "" and require("limax.supervise").entries.llm ~= nil
+  return url ~= nil and url ~= ""
 end
 
 ---@param both table supervision of hyperparameters and materials

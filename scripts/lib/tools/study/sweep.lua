@@ -15,9 +15,6 @@ local source = require "limax.base.source"
 
 local sweep = {}
 
--- The most runs of a sweep.
-local MOST_RUNS = 100000
-
 ---@class limax.sweep
 ---@field out string absolute path of its folder
 ---@field script { path: string, sha256: string } of the script and the files that it requires
@@ -39,25 +36,16 @@ end
 
 local function place(out) return out .. "/" .. folders.STUDY end
 
--- The sweep in a folder.
-local function read(out)
-  local document = run_files.document(place(out), "study")
-  if not document.script then
-    failure.raise(2, ("%s holds a study, not a sweep; the script that began it continues it")
-      :format(out))
-  end
-  return { out = out, script = document.script, runs = document.runs }
-end
-
 --- The sweep in a folder; ends the command where there is none.
 ---@return limax.sweep
 function sweep.open(out)
   out = host.file.absolute(out)
-  if host.file.exists(place(out)) ~= "file" then
-    failure.raise(2, ("%s holds no sweep: there is no %s; begin one with: limax sweep FILE --set"
-      .. " PATH=VALUE,VALUE --out DIR"):format(out, folders.STUDY))
+  local found = host.file.exists(place(out)) == "file" and run_files.document(place(out), "study")
+  if not found or not found.script then
+    failure.raise(2, ("%s holds no sweep: there is no %s of one; begin one with: limax sweep FILE"
+      .. " --set PATH=VALUE,VALUE --out DIR"):format(out, folders.STUDY))
   end
-  return read(out)
+  return { out = out, script = found.script, runs = found.runs }
 end
 
 --- The command that goes on with a sweep.
@@ -99,13 +87,8 @@ end
 ---@return limax.sweep
 function sweep.plan(experiment, options)
   local out = host.file.absolute(options.out)
-  local fields = grid.fields(options.set)
   local repetitions = options.repetitions or experiment.config.repetitions
-  if grid.size(fields) * repetitions > MOST_RUNS then
-    failure.raise(2, ("%d settings with %d repetitions are more than %d runs; divide the lists"
-      .. " among several sweeps"):format(grid.size(fields), repetitions, MOST_RUNS))
-  end
-  local points = grid.points(fields, experiment.config.name)
+  local points = grid.points(grid.fields(options.set), experiment.config.name)
   for _, point in ipairs(points) do
     experiment:override { ("repetitions=%d"):format(repetitions), unpack(point.changes) }
   end
@@ -119,7 +102,7 @@ function sweep.plan(experiment, options)
     end
   end
   if host.file.exists(place(out)) then
-    local earlier = read(out)
+    local earlier = sweep.open(out)
     check_script(earlier, experiment)
     extend(self, earlier)
   end
