@@ -320,12 +320,15 @@ function class:__tostring()
   return ("population of %d robots, %dx%dx%d voxels"):format(self.count, unpack(self.lattice))
 end
 
---- Copies all genomes into memory of the caller: count * genes floats.
+--- Copies genomes into memory of the caller: count * genes floats.
 ---@param self limax.population
 ---@param memory ffi.cdata* float *
-local function copy_genomes(self, memory)
+---@param first? integer robots before the first one; 0
+---@param count? integer all if left out
+local function copy_genomes(self, memory, first, count)
   local what = "copy_genomes"
-  abi.check(C.limax_population_read_genomes(coded(self, what), 0, self.count, memory), what)
+  abi.check(C.limax_population_read_genomes(coded(self, what), first or 0, count or self.count,
+    memory), what)
 end
 
 return { class = class, population = population, copy_genomes = copy_genomes }

@@ -5,12 +5,14 @@ local budget = require "limax.experiment.budget"
 local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
 local evolve = require "limax.evolution.evolve"
+local exchange = require "limax.base.exchange"
 local experiments = require "limax.experiment.experiment"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
 local output = require "limax.base.output"
 local passes = require "limax.tools.console.passes"
 local progress = require "limax.tools.console.progress"
+local rank_share = require "limax.tools.study.rank_share"
 local resume = require "limax.run.resume"
 local run_folder = require "limax.run.run_folder"
 local script = require "limax.base.script"
@@ -31,6 +33,7 @@ local command = {
   instead = instead,
   usage = "limax run FILE [options]\n       limax run --resume DIR [options]",
   positional = { least = 0, most = 1, name = "FILE" },
+  runs_on_ranks = true,
   exclusive = { { "together", "apart" } },
   options = {
     { name = "set", argument = "PATH=VALUE", many = true,
@@ -95,10 +98,12 @@ local function changes_of(arguments)
   return changes
 end
 
--- Opens a run folder at its last complete generation. Returns its experiment.
+-- Opens a run folder at its last complete generation. Returns its experiment. Other ranks than the
+-- first get only the configuration.
 local function reopen(session, arguments)
-  local folder = run_folder.open(arguments.resume)
-  session.folder = folder
+  session.folder = exchange.is_first and run_folder.open(arguments.resume) or nil
+  local folder = session.folder or { path = arguments.resume }
+  folder.config = exchange.first(function() return folder.config end)
   local value, path, note = resume.run_script(folder, arguments.trust)
   local changes = {}
   for _, list in ipairs { folder.config.run.overrides, changes_of(arguments) } do
@@ -110,6 +115,7 @@ local function reopen(session, arguments)
     failure.raise(2, ("--repetition %d: %s computes %s"):format(arguments.repetition, folder.path,
       session.only and "repetition " .. session.only or "all repetitions"))
   end
+  if not session.folder then return experiment end
   local comparison = resume.continue(folder, experiment,
     { repetition = session.only, overrides = changes, from = arguments.from }, arguments.changed)
   session.notes = { note }
@@ -158,6 +164,7 @@ local function announce(session, config, device)
     session.at_once > 1 and " together" or "")
   local where = device.kind
   if device.threads then where = ("%s (%d threads)"):format(where, device.threads) end
+  if exchange.count > 1 then where = ("%d ranks, each on %s"):format(exchange.count, where) end
   local trials = #(config.trials or {})
   output.warn(("%s: %s, %d generations of %d robots%s, on %s; folder %s\n"):format(config.name,
     which, config.generations, config.population,
@@ -184,7 +191,7 @@ local function compute(session, experiment, options, first_run)
       run:restore(folder)
       return run
     end }
-  folder:sort_lines()
+  if folder then folder:sort_lines() end
 end
 
 local function show_end(session, device)
@@ -208,8 +215,56 @@ local function check_step(session, config, entry)
   step_check.warn(entry.population)
 end
 
+-- What the engine is called with, and where its news go: those of the first rank to the terminal.
+local function start_options(session, config, arguments, device)
+  local is_first = exchange.is_first
+  return { repetition = session.left[1] or session.first, device = device,
+    wait = together.wait, live_prompts = arguments.live_prompts,
+    say = is_first and function(text)
+      session.tally:add_warning(text)
+      session.progress:say(text)
+    end or exchange.warn,
+    on_progress = function(state) session.progress:robots(state) end,
+    on_generation = function(entry, seconds)
+      session.tally:add(entry)
+      session.tally:add_times(seconds)
+      session.progress:generation(entry, seconds)
+      check_step(session, config, entry)
+    end }
+end
+
+-- Makes the folder of a new run.
+local function make_folder(session, experiment, arguments, changes)
+  local message
+  -- other processes may take a free name at the same moment; a file system without locks never
+  -- gives one
+  for _ = 1, arguments.out and 1 or 100 do
+    -- named before it is made, for Ctrl-C
+    session.path = arguments.out or run_folder.next_free(experiment.config.name)
+    session.folder, message = run_folder.take(session.path)
+    if session.folder then break end
+  end
+  if not session.folder then failure.raise(2, message) end
+  session.folder:begin(experiment, { repetition = session.only, overrides = changes })
+end
+
+-- Begins to write the folder. Only the first rank does, and knows what is left.
+local function begin(session, experiment, arguments, changes, device)
+  if not session.folder then make_folder(session, experiment, arguments, changes) end
+  -- from here on even a hard stop prints how to continue
+  host.signal.on_hard_stop("continue with: "
+    .. terminal.shown(shell.resume_command(session.path)))
+  session.folder:status "running"
+  session.folder:write_environment(device, exchange.count > 1 and exchange.count or nil)
+  announce(session, experiment.config, device)
+  local slower = passes.warning(device:describe())
+  if slower then table.insert(session.notes, "CPU passes: " .. slower) end
+  for _, note in ipairs(session.notes) do session.progress:say(note) end
+  return session.path
+end
+
 local function execute(session, experiment, arguments)
-  local changes = changes_of(arguments)
+  local changes, threads = changes_of(arguments), rank_share.take(arguments.threads)
   if arguments.resume then
     experiment = reopen(session, arguments)
   else
@@ -221,56 +276,26 @@ local function execute(session, experiment, arguments)
       :format(supervisor))
   end
   plan(session, config)
-  if arguments.resume and #session.left == 0 then say_finished(session, config) end
-  local device = or_refuse(1, engine.device, arguments.device or "auto",
-    { threads = arguments.threads })
+  session.left = exchange.first(function() return session.left end)
+  if session.folder and #session.left == 0 then say_finished(session, config) end
+  local device = or_refuse(1, engine.device, arguments.device or "auto", { threads = threads })
+  rank_share.check(experiment, device)
   session.at_once = 1
   if #session.left > 1 and not arguments.apart and (arguments.together or device.kind == "cuda")
-  then
+    and exchange.count == 1 then
     session.at_once = together.at_once(device, config.population)
   end
   session.progress = progress.new { done = session.generations, quiet = session.quiet,
     total = budget.most_generations(config) * (session.last - session.first + 1),
-    repetitions = config.repetitions }
-  local options = { repetition = session.left[1] or session.first, device = device,
-    wait = together.wait, live_prompts = arguments.live_prompts,
-    say = function(text)
-      session.tally:add_warning(text)
-      session.progress:say(text)
-    end,
-    on_progress = function(state) session.progress:robots(state) end,
-    on_generation = function(entry, seconds)
-      session.tally:add(entry)
-      session.tally:add_times(seconds)
-      session.progress:generation(entry, seconds)
-      check_step(session, config, entry)
-    end }
+    repetitions = config.repetitions, write = not exchange.is_first and function() end or nil }
+  local options = start_options(session, config, arguments, device)
   -- everything that the engine may refuse is tried before a folder is made
   local first_run = or_refuse(2, evolve.start, experiment, options)
-  if not session.folder then
-    local message
-    -- other processes may take a free name at the same moment; a file system without locks never
-    -- gives one
-    for _ = 1, arguments.out and 1 or 100 do
-      -- named before it is made, for Ctrl-C
-      session.path = arguments.out or run_folder.next_free(config.name)
-      session.folder, message = run_folder.take(session.path)
-      if session.folder then break end
-    end
-    if not session.folder then failure.raise(2, message) end
-    session.folder:begin(experiment, { repetition = session.only, overrides = changes })
-  end
-  -- from here on even a hard stop prints how to continue
-  host.signal.on_hard_stop("continue with: "
-    .. terminal.shown(shell.resume_command(session.path)))
-  session.folder:status "running"
-  session.folder:write_environment(device)
-  announce(session, config, device)
-  local slower = passes.warning(device:describe())
-  if slower then table.insert(session.notes, "CPU passes: " .. slower) end
-  for _, note in ipairs(session.notes) do session.progress:say(note) end
+  session.path = exchange.first(function()
+    return begin(session, experiment, arguments, changes, device)
+  end)
   compute(session, experiment, options, first_run)
-  show_end(session, device)
+  if session.folder then show_end(session, device) end
   return 0
 end
 
@@ -300,7 +325,7 @@ local function end_early(session, value, trace)
   end
   if is_interrupt then return interrupted(session) end
   local status, machine = failure.status(value), failure.of_machine(value)
-  local command_line = folder and shell.resume_command(folder.path)
+  local command_line = session.path and shell.resume_command(session.path)
   local repair = ""
   if folder and folder.checkpoint and not failure.is_damaged(value) then
     -- a repaired script differs, which resume refuses without --changed
@@ -311,7 +336,7 @@ local function end_early(session, value, trace)
   if machine then
     -- nothing is wrong with the script
     output.warn("limax: ", failure.bare(value), "\n",
-      folder and ("continue with: %s\n"):format(command_line) or "")
+      command_line and ("continue with: %s\n"):format(command_line) or "")
   else
     output.warn("limax: ", failure.first_trace(value) or trace, repair, "\n")
   end
@@ -327,7 +352,12 @@ function command.run_experiment(experiment, arguments)
     notes = {} }
   local ok, value, trace = host.protect(execute, session, experiment, arguments)
   local status = value
-  if not ok then ok, status = pcall(end_early, session, value, trace) end
+  if not ok and exchange.shows(value, trace) then
+    ok, status = pcall(end_early, session, value, trace)
+  elseif not ok then
+    ok, status = true, failure.status(value) or 1
+    if value == host.interrupt then status = host.signal.status() end
+  end
   host.signal.on_hard_stop(nil)
   if session.folder then session.folder:close() end
   if not ok then error(status, 0) end

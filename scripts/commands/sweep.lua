@@ -3,9 +3,11 @@
 
 local at_once = require "limax.tools.study.at_once"
 local engine = require "limax.engine"
+local exchange = require "limax.base.exchange"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
 local output = require "limax.base.output"
+local rank_share = require "limax.tools.study.rank_share"
 local run = require "limax.commands.run"
 local shell = require "limax.base.shell"
 local sweep = require "limax.tools.study.sweep"
@@ -27,6 +29,7 @@ on: runs that are done stay, a run that was stopped is continued. Further values
 may be added. Any number of processes, also on several machines with a common file system, may work
 in DIR at the same time; each run is computed by one of them. CLUSTER.md has examples.]],
   positional = { least = 0, most = 1, name = "FILE" },
+  runs_on_ranks = true,
   exclusive = { { "slurm", "list", "run" } },
   options = {
     { name = "set", argument = "PATH=VALUE,VALUE", many = true,
@@ -109,14 +112,18 @@ local function visible_gpus(name)
 end
 
 local function run_here(self, left, arguments)
-  local gpus, cores = visible_gpus(arguments.device), engine.device("cpu").threads
+  local share = rank_share.take()
+  local gpus = visible_gpus(arguments.device)
+  local cores = engine.device("cpu", { threads = share }).threads
   local places = math.min(#left, arguments.jobs or (gpus[1] and #gpus or cores))
   local threads = arguments.threads or math.max(1, math.floor(cores / places))
   local warned, failed = {}, nil
   local function say(text) if not arguments.quiet then output.warn(text, "\n") end end
-  say(("%d of %d runs left, %d at a time with %d thread%s each%s; folder %s"):format(#left,
+  local first_says = exchange.is_first and say or function() end
+  first_says(("%d of %d runs left, %d at a time with %d thread%s each%s; folder %s"):format(#left,
     #self.runs, places, threads, threads == 1 and "" or "s",
-    gpus[1] and (", on %d GPU%s"):format(#gpus, #gpus == 1 and "" or "s in all") or "",
+    (gpus[1] and (", on %d GPU%s"):format(#gpus, #gpus == 1 and "" or "s in all") or "")
+      .. (exchange.count > 1 and (", on each of %d ranks"):format(exchange.count) or ""),
     shell.path(self.out)))
   local go_on = terminal.shown(sweep.resume_command(self))
   host.signal.on_hard_stop("continue with: " .. go_on)
@@ -133,8 +140,10 @@ local function run_here(self, left, arguments)
   host.signal.on_hard_stop(nil)
   if fine and failed == 0 then return 0 end
   if not fine and value ~= host.interrupt then error(value, 0) end
-  output.warn(fine and ("%d run%s failed"):format(failed, failed == 1 and "" or "s")
-    or "interrupted; unfinished generations are dropped", "\ncontinue with: ", go_on, "\n")
+  if fine or exchange.shows(value) then
+    output.warn(fine and ("%d run%s failed"):format(failed, failed == 1 and "" or "s")
+      or "interrupted; unfinished generations are dropped", "\ncontinue with: ", go_on, "\n")
+  end
   return fine and 1 or host.signal.status()
 end
 
@@ -151,10 +160,23 @@ local function show_end(self)
   end
 end
 
+-- The runs that are left, from another one on at each rank.
+local function left_here(self)
+  local left, list = sweep.left(self), {}
+  local before = math.floor(exchange.index * #left / exchange.count)
+  for k = 1, #left do list[k] = left[(k - 1 + before) % #left + 1] end
+  return list
+end
+
 function command.run(arguments)
-  local self = chosen(arguments)
+  for _, name in ipairs { "run", "slurm", "list" } do
+    if arguments[name] and exchange.count > 1 then
+      failure.raise(2, ("--%s is for one process: start it without mpirun"):format(name))
+    end
+  end
+  local self = exchange.first(function() return chosen(arguments) end)
   if arguments.run then return run_one(self, arguments) end
-  local left = sweep.left(self)
+  local left = left_here(self)
   if arguments.slurm or arguments.list then
     local options = { threads = arguments.threads or 1,
       device = arguments.device ~= "auto" and arguments.device or nil }
@@ -174,7 +196,9 @@ function command.run(arguments)
     sweep.experiment(self, run.experiment_of)
     status = run_here(self, left, arguments)
   end
-  if status == 0 then show_end(self) end
+  if status > 2 then return status end
+  for _, other in ipairs(exchange.all(status)) do status = math.max(status, other) end
+  if status == 0 and exchange.is_first then show_end(self) end
   return status
 end
 

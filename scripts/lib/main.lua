@@ -1,6 +1,7 @@
 --- main.lua: the command line. `limax NAME ...` runs scripts/commands/NAME.lua, and
 --- `limax FILE.lua ...` a script.
 
+local exchange = require "limax.base.exchange"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
 local options = require "limax.base.options"
@@ -90,6 +91,9 @@ local function run_command(name, argv)
   end
   local command = load_command(name)
   local arguments = options.parse(command, { unpack(argv, 2) })
+  if exchange.count > 1 and not command.runs_on_ranks then
+    failure.raise(exit_usage, ("`limax %s` is one process: start it without mpirun"):format(name))
+  end
   return call(command, arguments, function() return command.run(arguments) end)
 end
 
@@ -113,20 +117,25 @@ local function dispatch(argv)
   return run_command(first, argv)
 end
 
---- Runs a command line and reports errors.
----@param argv string[] the words after the program's name
----@return integer status of the process
-function main.main(argv)
+-- Runs a command line and reports errors. Returns the status.
+local function report(argv)
   local fine, value, trace = host.protect(dispatch, argv)
   if fine then return value or 0 end
   io.stdout:flush()
+  local shows = exchange.shows(value, trace)
   if value == host.interrupt then
-    output.warn("limax: interrupted\n")
+    if shows then output.warn("limax: interrupted\n") end
     return host.signal.status()
   end
   local status = failure.status(value)
+  if not shows then return status or exit_failed end
   output.warn("limax: ", status and tostring(value) or failure.text(value, trace), "\n")
   return status or exit_failed
 end
+
+--- Runs a command line and reports errors.
+---@param argv string[] the words after the program's name
+---@return integer status of the process
+function main.main(argv) return exchange.finish(report(argv)) end
 
 return main

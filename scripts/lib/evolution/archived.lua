@@ -129,7 +129,7 @@ function Archive:record(row) return self.kept[row] and self.kept[row].record end
 
 --- The genome of a row.
 ---@param row limax.archive.row
----@return ffi.cdata* float[genes]
+---@return ffi.cdata*|string float[genes]
 function Archive:genome(row) return self.kept[row].genome end
 
 --- Replays the file of a generation.

@@ -5,6 +5,7 @@
 
 local budget = require "limax.experiment.budget"
 local columns = require "limax.robot.columns"
+local exchange = require "limax.base.exchange"
 local experiments = require "limax.experiment.experiment"
 local failure = require "limax.base.failure"
 local genes = require "limax.experiment.genes"
@@ -64,7 +65,14 @@ end
 -- what the supervisor decides.
 local function supervise(run, robots, choice)
   local ranking = mating.ranking(robots)
-  local parameters, fields, entry, shares, failed = supervision.decide(run, robots)
+  -- a supervisor reads the history, which only the first rank has, and may ask a model
+  local decided = exchange.first(function()
+    local parameters, fields, entry, shares, failed = supervision.decide(run, robots)
+    return { parameters = parameters, fields = fields, entry = entry, shares = shares,
+      failed = failed, state = run.world.state }
+  end)
+  local parameters, fields, entry = decided.parameters, decided.fields, decided.entry
+  run.world.state = decided.state
   mating.check_unchanged(robots, ranking, "the supervisor")
   choice.elite_fraction = choice.elites and #choice.elites / #robots
   for name in pairs(parameters) do
@@ -74,7 +82,8 @@ local function supervise(run, robots, choice)
     end
   end
   local same = materials.equal(fields, materials.fields(robots.materials))
-  return { parameters = parameters, ledger = entry, supervision = shares, failed = failed,
+  return { parameters = parameters, ledger = entry, supervision = decided.shares,
+    failed = decided.failed,
     materials = same and robots.materials or run:materials_with(fields) }
 end
 
@@ -141,6 +150,10 @@ function evolve.start(experiment, options)
   experiments.idle = false
   local checked, message = runs.check(options)
   if not checked then failure.raise(2, message, 2) end
+  if exchange.count > 1 and not checked.wait then
+    failure.raise(2, "limax.start: a loop of your own runs in one process, not in several ranks of"
+      .. " mpirun: only an experiment that a script returns does, by limax run", 2)
+  end
   local run, comparison = runs.new(experiment, checked)
   run.world.breed = function(robots, choice)
     if robots ~= run.population or run.upcoming ~= nil then
@@ -149,7 +162,9 @@ function evolve.start(experiment, options)
     end
     finish_generation(run, robots, choice)
   end
-  if experiment.supervisor.start then run.session = experiment.supervisor.start(run) end
+  if experiment.supervisor.start and exchange.is_first then
+    run.session = experiment.supervisor.start(run)
+  end
   runs.warn(experiment, run.world)
   if comparison then
     run:restore(run.folder)
@@ -172,7 +187,8 @@ function Run:generations()
     local kept = self.world.state
     if self.population then self.population.state_text = kept and state.encode(kept) end
     if not self.population then
-      local text = supervision.end_text(self.experiment.supervisor, self.history)
+      local text = exchange.is_first
+        and supervision.end_text(self.experiment.supervisor, self.history)
       if text then self:say(("repetition %d: %s"):format(self.repetition, text)) end
       self:close()
     end

@@ -4,6 +4,7 @@
 
 local columns = require "limax.robot.columns"
 local contexts = require "limax.robot.contexts"
+local division = require "limax.evolution.division"
 local drive = require "limax.settings.drive"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
@@ -26,6 +27,7 @@ local together = require "limax.evolution.together"
 ---@field trials fun(generation: integer): limax.trial[] at least one (experiment/trials.lua)
 ---@field device limax.device
 ---@field fitness limax.fitness the experiment's
+---@field is_divided boolean do ranks divide the robots among themselves (division.lua)?
 ---@field first_materials limax.materials those of generation 0
 ---@field first_step number s, limit of the time step for a full body of these
 ---@field advance fun(simulations: limax.simulation[], on_progress?: fun(progress: table)) to their
@@ -60,8 +62,8 @@ for name in ([[ranked generation repetition parameters engine materials records 
     evaluations timing island state]]):gmatch "%S+" do
   FIELDS[name] = true
 end
-for name in ([[begun columns ledger on_disk places scored_by scored_with state_text
-    parents_scored_with supervision supervisor_failed parents]]):gmatch "%S+" do
+for name in ([[begun columns ledger on_disk places scored_by scored_with simulated slices
+    state_text parents_scored_with supervision supervisor_failed parents]]):gmatch "%S+" do
   OF_LOOP[name] = true
 end
 
@@ -86,7 +88,7 @@ local population = {}
 --- Makes a generation from its fields: those of limax.population.scored, and `ledger`, how it got
 --- its parameters. Scoring adds its fitness: `scored_with` as it was passed to `score`, `scored_by`
 --- as resolved, and `state_text`, the state as it left it. `parents_scored_with` is that of the
---- generation before.
+--- generation before. `simulated`: were some of its robots, and their traces are there?
 ---@param world limax.world
 ---@param fields table
 ---@return limax.population.scored
@@ -155,14 +157,15 @@ function population.check_bodies(robots)
   end
 end
 
--- Which robots have no status yet: all but the elites that keep their score; and how many.
+-- Which robots have no status yet and are simulated here: all but the elites that keep their score
+-- and those of other ranks. And how many have none.
 local function unsimulated(robots)
   local mask, count = {}, 0
   for i, record in ipairs(robots.records) do
     mask[i] = record.status == nil
     if mask[i] then count = count + 1 end
   end
-  return mask, count
+  return robots.world.is_divided and division.own(robots, mask) or mask, count
 end
 
 --- Begins to simulate a generation; a GPU goes on with it while the host does other work.
@@ -180,11 +183,12 @@ end
 ---@return limax.population.scored self
 function Population:simulate(on_progress)
   local world, mask, count = self.world, unsimulated(self)
-  if count == 0 then return self end
+  if count == 0 or world.is_divided and self.simulated then return self end
   local began = host.clock()
   local simulations = self.begun or simulations_of(self, mask, self.materials)
   self.begun = nil
   world.advance(simulations, on_progress or world.on_progress)
+  self.simulated = true
   self.columns:settle(simulations, mask, world.config.trials ~= nil)
   for i = 1, #self do
     if mask[i] then self.contexts:simulate(i, simulations) end
@@ -275,22 +279,26 @@ function Population:score(with)
     -- a robot that failed in another fitness may get a score from this one
     if wanted[i] then self.columns:set_status(i) end
   end
-  scoring.score { call = law.call, ours = law.name ~= "function", robots = self,
+  local failures = scoring.score { call = law.call, ours = law.name ~= "function", robots = self,
     records = self.records, wanted = wanted,
-    generation = self.generation, state = world.state, say = world.say,
+    generation = self.generation, state = world.state,
     measure = world.measured and function(robot, record)
       return measures.add(world.measured, robot, record, world.state)
     end }
+  self.timing.fitness = self.timing.fitness + host.clock() - began
+  if world.is_divided then failures = division.exchange(self, failures) end
+  began = host.clock()
+  scoring.judge(failures, self.records, self.generation, world.say)
   check_trials_read(self, law, wanted)
   self.ranked = metrics.rank(self.records)
   self.scored_with, self.scored_by = self.scored_with or with, law
-  if #self.simulations > 0 then self.scored_with = with end
+  if self.simulated then self.scored_with = with end
   if #self.ranked == 0 then failure.raise(1, failure_text(self)) end
   local constant = self.generation == 0 and constant_text(self)
   if constant then world.say(constant) end
   local descriptors = self.generation == 0 and (world.measured or {}).descriptors or {}
   for _, text in ipairs(measures.beyond(descriptors, self.records)) do world.say(text) end
-  if world.archive and #self.simulations > 0 then
+  if world.archive and self.simulated then
     world.archive:update(self)
     self.archive = world.archive:list()
   end
@@ -360,7 +368,7 @@ end
 function population.end_traces(robots, why)
   population.free(robots.simulations, why)
   for i = 1, #robots do robots.contexts:simulate(i, nil) end
-  robots.simulations = {}
+  robots.simulations, robots.simulated = {}, nil
 end
 
 return population

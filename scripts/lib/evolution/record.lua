@@ -2,6 +2,7 @@
 --- folder; also reads them back, to continue a run.
 
 local engine = require "limax.engine"
+local exchange = require "limax.base.exchange"
 local failure = require "limax.base.failure"
 local front = require "limax.experiment.front"
 local genes = require "limax.experiment.genes"
@@ -87,7 +88,7 @@ end
 ---@return limax.history.entries
 function record.entries(run)
   return history.entries {
-    on_disk = function() return run.folder ~= nil end,
+    on_disk = function() return run.folder ~= nil or not exchange.is_first end,
     metrics = function(generation) return run.folder.lines:metrics(run.repetition, generation) end,
     fields = function(generation)
       local fields = run.folder.lines:metrics(run.repetition, generation)
@@ -161,6 +162,7 @@ end
 --- Writes the newest generation of the history into the folder.
 ---@param line table as from `enter`
 function record.write(run, robots, line)
+  if not exchange.is_first then return end
   local archive, packed = run.world.archive, robots.columns:pack()
   if not run.folder then
     run.packed[line.generation] = packed
@@ -175,11 +177,11 @@ function record.write(run, robots, line)
 end
 
 -- The newest populations of a run that is restored have their genomes.
-local function restore_genomes(run, entry, scores_valid)
-  local records = run_files.robots(run.folder:lines_of(run.repetition, entry.generation),
+local function restore_genomes(run, folder, entry, scores_valid)
+  local records = run_files.robots(folder:lines_of(run.repetition, entry.generation),
     "generation " .. entry.generation)
   local robots = rebuilt(run, entry, records, run:new_robots())
-  robots.engine:set_genomes(run.folder:genomes_of(run.repetition, entry.generation))
+  robots.engine:set_genomes(folder:genomes_of(run.repetition, entry.generation))
   genes.express(run:rules_of_genes(robots), robots.engine)
   if not scores_valid then robots.scored_with = EARLIER end
   entry.population, run.upcoming = robots, robots
@@ -193,27 +195,33 @@ local function check_measured(run)
     for _, each in ipairs(robots.records) do values = each.fitness and each[kind] or values end
     if wanted ~= #(values or {}) then
       failure.raise(2, ("%s cannot be continued with another archive or survival: its robots have"
-        .. " %d %s, and %d are needed"):format(run.folder.path, #(values or {}), kind, wanted))
+        .. " %d %s, and %d are needed"):format(run.folder and run.folder.path or "the run",
+        #(values or {}), kind, wanted))
     end
   end
 end
 
 --- Reads the generations of a folder into a run's history; the next generation of the loop is then
 --- the last one there, with its scores.
---- Where the configuration changed since, elites are scored again.
+--- Where the configuration changed since, elites are scored again. Ranks without the folder get the
+--- newest generations from the first one.
+---@param folder limax.run_folder|nil
 function record.read(run, folder)
-  local lines, repetition = folder.lines, run.repetition
+  run.folder = folder
+  local repetition, own_lines = run.repetition, (folder or {}).lines
+  local lines = exchange.object(own_lines)
+  folder = exchange.object(folder)
   local last, scores_valid = lines:last(repetition), folder:scores_valid(repetition)
-  run.folder, run.evaluations = folder, lines:evaluations(repetition)
+  run.evaluations = lines:evaluations(repetition)
   for generation = 0, last do
-    if history.is_old(generation, last) then
+    if last - generation < history.genomes_kept then
+      restore_genomes(run, folder, remember(run, lines:metrics(repetition, generation),
+        lines:ledger(repetition, generation)), scores_valid)
+    elseif history.is_old(generation, last) or not own_lines then
       run.entries:add_unread(run.history)
     else
-      local entry = remember(run, lines:metrics(repetition, generation),
-        lines:ledger(repetition, generation))
-      if last - generation < history.genomes_kept then
-        restore_genomes(run, entry, scores_valid)
-      end
+      remember(run, own_lines:metrics(repetition, generation),
+        own_lines:ledger(repetition, generation))
     end
   end
   if run.upcoming then check_measured(run) end

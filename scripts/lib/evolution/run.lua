@@ -5,6 +5,7 @@ local archived = require "limax.evolution.archived"
 local budget = require "limax.experiment.budget"
 local encodings = require "limax.encoding"
 local engine = require "limax.engine"
+local exchange = require "limax.base.exchange"
 local fault = require "limax.engine.fault"
 local failure = require "limax.base.failure"
 local full_body = require "limax.robot.full_body"
@@ -42,7 +43,7 @@ local run = { methods = Run }
 ---@field changed? boolean with `resume`: continue although script or configuration differ
 ---@field from? integer with `resume`: go on from this generation; later ones are removed
 ---@field folder? table the same, made already (run_folder.lua)
----@field say? fun(text: string) receives warnings; standard error if left out
+---@field say? fun(text: string, key: string) receives warnings; standard error if left out
 ---@field on_progress? fun(progress: table) while robots are simulated
 ---@field wait? fun(simulations: limax.simulation[]) advances them to their ends (together.lua)
 ---@field on_generation? fun(entry: limax.generation, seconds: table) after each generation
@@ -86,7 +87,7 @@ local function once(show)
   local shown = {}
   return function(text, key)
     key = key or text
-    if not shown[key] then show(text) end
+    if not shown[key] then show(text, key) end
     shown[key] = true
   end
 end
@@ -125,6 +126,7 @@ function run.new(experiment, options)
   ---@type limax.world
   local world = { config = config, scene = engine.scene(config.scene),
     options = settings.engine_options(config.simulation, config.record), device = device,
+    is_divided = exchange.count > 1,
     trials = experiment.trials:of(repetition), advance = options.wait or together.finish,
     fitness = experiment.fitness, first_materials = first,
     measured = experiment.measured, archive = experiment.archive

@@ -242,6 +242,40 @@ function Columns:forget_score(i)
   changed(self.rows[i])
 end
 
+--- What simulations and fitness gave some robots, as plain data.
+---@param indices integer[]
+---@return table
+function Columns:scores(indices)
+  local scores = { outcomes = {} }
+  for _, name in ipairs(OF_SCORE) do
+    local from, list = self[name], {}
+    for k, i in ipairs(indices) do list[k] = from[i] end
+    scores[name] = list
+  end
+  for trial, all in ipairs(self.outcomes) do
+    local memory = ffi.new("limax_outcome[?]", #indices)
+    for k, i in ipairs(indices) do ffi.copy(memory + k - 1, all + i - 1, SIZE) end
+    scores.outcomes[trial] = ffi.string(memory, #indices * SIZE)
+  end
+  return scores
+end
+
+--- Takes these from the columns of another process.
+---@param indices integer[]
+---@param scores table as from `scores`
+function Columns:set_scores(indices, scores)
+  for _, name in ipairs(OF_SCORE) do
+    for k, i in ipairs(indices) do self[name][i] = scores[name][k] end
+  end
+  for trial, text in ipairs(scores.outcomes) do
+    local memory = ffi.cast("const char *", text)
+    for k, i in ipairs(indices) do
+      ffi.copy(self.outcomes[trial] + i - 1, memory + (k - 1) * SIZE, SIZE)
+    end
+  end
+  for _, i in ipairs(indices) do changed(self.rows[i]) end
+end
+
 --- Sets status and reason of robot i from its outcomes.
 function Columns:set_status(i)
   local list = {}

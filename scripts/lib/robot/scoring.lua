@@ -137,13 +137,23 @@ end
 ---@field state table|nil of the run's scripts
 ---@field measure? fun(robot: table, record: table): string|nil, boolean|nil, string|nil adds to the
 --- record what an archive or a survival needs; message, excusable and trace of a failure
----@field say fun(text: string, key: string) called for every robot that fails; `key` is the part of
---- the text that names no robot and no generation
 
---- Scores the robots that ended well. Raises a failure with status 1 where the run must stop.
+---@class scoring.failure
+---@field index integer of the robot
+---@field message string
+---@field excusable boolean|nil does it come from the robot, not from the script?
+---@field trace string|nil
+
+-- Must the run stop at a failure in the fitness, the n-th of a generation?
+local function is_fatal(failed, n, generation, robots)
+  return generation == 0 and not failed.excusable or n > scoring.most_failed * robots
+end
+
+--- Scores the robots that ended well, until the run must stop.
 ---@param request scoring.request
+---@return scoring.failure[] failures for `scoring.judge`
 function scoring.score(request)
-  local failed, first = 0, nil
+  local failures = {}
   for i, record in ipairs(request.records) do
     if request.wanted[i] and record.status == "done" then
       local value, extra, message, excusable, trace =
@@ -155,20 +165,35 @@ function scoring.score(request)
         reason, message, excusable, trace = "measure", request.measure(request.robots[i], record)
       end
       if message then
-        if request.generation == 0 and not excusable then
-          failure.raise(1, ("robot %s of the first generation: %s"):format(record.id,
-            trace or message))
-        end
         record.status, record.reason, record.fitness = "failed", reason, nil
-        failed, first = failed + 1, first or record.id
-        request.say(("robot %s of generation %d gets no score: %s"):format(record.id,
-          request.generation, message), message)
-        if failed > scoring.most_failed * #request.records then
-          failure.raise(1, ("more than a tenth of generation %d (%d of %d robots so far) failed in"
-            .. " the fitness, the first was robot %s, the last robot %s: %s"):format(
-            request.generation, failed, #request.records, first, record.id, message))
-        end
+        local failed = { index = i, message = message, excusable = excusable, trace = trace }
+        failures[#failures + 1] = failed
+        if is_fatal(failed, #failures, request.generation, #request.records) then break end
       end
+    end
+  end
+  return failures
+end
+
+--- Reports robots that failed in the fitness. Raises a failure with status 1 where the run must
+--- stop.
+---@param failures scoring.failure[]
+---@param records table[]
+---@param generation integer
+---@param say fun(text: string, key: string) called for every robot that fails; `key` is the part of
+--- the text that names no robot and no generation
+function scoring.judge(failures, records, generation, say)
+  for n, failed in ipairs(failures) do
+    local id, message = records[failed.index].id, failed.message
+    local fatal = is_fatal(failed, n, generation, #records)
+    if fatal and generation == 0 and not failed.excusable then
+      failure.raise(1, ("robot %s of the first generation: %s"):format(id, failed.trace or message))
+    end
+    say(("robot %s of generation %d gets no score: %s"):format(id, generation, message), message)
+    if fatal then
+      failure.raise(1, ("more than a tenth of generation %d (%d of %d robots so far) failed in"
+        .. " the fitness, the first was robot %s, the last robot %s: %s"):format(generation, n,
+        #records, records[failures[1].index].id, id, message))
     end
   end
 end

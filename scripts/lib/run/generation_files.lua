@@ -76,7 +76,7 @@ end
 ---@param indices integer[]
 ---@param genes integer of a genome
 ---@return table<integer, table> records
----@return table<integer, ffi.cdata*> genomes float[genes]
+---@return table<integer, string> genomes float32 [gene]
 function Files:robots(repetition, generation, indices, genes)
   local text, path = self:lines_of(repetition, generation)
   local file = assert(io.open(self.path .. "/" .. verify.place("genomes", repetition, generation),
@@ -91,8 +91,7 @@ function Files:robots(repetition, generation, indices, genes)
   local first = file:seek "end" - count * size
   for _, index in ipairs(indices) do
     file:seek("set", first + (index - 1) * size)
-    genomes[index] = ffi.new("float[?]", genes)
-    ffi.copy(genomes[index], file:read(size), size)
+    genomes[index] = file:read(size)
   end
   file:close()
   return records, genomes

@@ -144,14 +144,14 @@ function Folder:write_scripts(place, scripts)
   end
 end
 
---- Adds this process and its device to the processes that wrote this folder.
+--- Adds this process, its device and the number of its ranks to those that wrote this folder.
 ---@param device table
-function Folder:write_environment(device)
+function Folder:write_environment(device, ranks)
   local path = self.path .. "/environment.json"
   local environment = host.file.exists(path) and run_files.document(path, "environment")
     or { schema = "limax.environment/1", sessions = {} }
   table.insert(environment.sessions, { started = host.time(), version = host.version,
-    commit = host.commit, machine = host.environment(), device = device:describe() })
+    commit = host.commit, ranks = ranks, machine = host.environment(), device = device:describe() })
   environment.hash = nil
   self:write("environment.json", sealed_json(environment))
 end

@@ -143,7 +143,7 @@ local rules = {
   environment = record {
     schema = schema_of "environment",
     sessions = required(list(record {
-      started = required(text), version = required(text),
+      started = required(text), version = required(text), ranks = count,
       machine = required(record { compiler = text, system = text, cpu = text }),
       device = required(record { kind = required(text), cpu = text,
         gpus = list(record { name = required(text) }, "a list of GPUs") }),

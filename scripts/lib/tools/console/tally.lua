@@ -36,7 +36,7 @@ end
 
 -- Parts of a generation's time, and the fields of the configuration whose functions they call.
 local PARTS = { { "simulate", "simulation" }, { "fitness", "fitness", "fitness" },
-  { "breed", "selection and breeding", "selection", "survival" } }
+  { "breed", "selection and breeding", "selection", "survival" }, { "ranks", "other ranks" } }
 
 --- What the time was spent on, as a line; functions of the script with their place.
 ---@param config table
@@ -46,9 +46,9 @@ function Tally:time_text(config)
   for _, part in ipairs(PARTS) do
     local places = {}
     for k = 3, #part do places[#places + 1] = source.place(config[part[k]]) end
-    texts[#texts + 1] = ("%.0f %% %s%s"):format(100 * (self.seconds[part[1]] or 0)
-      / total, part[2], places[1] and " (" .. table.concat(places, ", ") .. ")"
-      or "")
+    local spent = self.seconds[part[1]]
+    texts[#texts + 1] = spent and ("%.0f %% %s%s"):format(100 * spent / total, part[2],
+      places[1] and " (" .. table.concat(places, ", ") .. ")" or "")
   end
   return total > 0 and ("Time %.3g s: %s.\n"):format(total, table.concat(texts, ", ")) or ""
 end

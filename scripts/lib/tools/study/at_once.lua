@@ -2,6 +2,7 @@
 
 local cells = require "limax.tools.study.cells"
 local child = require "limax.base.child"
+local exchange = require "limax.base.exchange"
 local host = require "limax.host"
 local shell = require "limax.base.shell"
 local sweep = require "limax.tools.study.sweep"
@@ -57,6 +58,14 @@ end
 ---@field say fun(text: string, is_failure: boolean) receives a line per run
 ---@field warn fun(text: string) receives each warning of a run
 
+-- Does another rank compute a run, or has it done so meanwhile?
+local function is_elsewhere(self, number)
+  if exchange.count == 1 then return false end
+  local lock = sweep.claim(self, number)
+  if lock then lock:free() end
+  return not lock or sweep.is_done(self, self.runs[number])
+end
+
 --- Runs these runs of a sweep, and ends all children before it returns or raises.
 ---@param self limax.sweep
 ---@param settings limax.at_once.settings
@@ -64,8 +73,12 @@ end
 function at_once.run(self, settings)
   local folder, next_run, failed, busy = child.folder(), 1, 0, {}
   local function start(place)
-    local number = settings.numbers[next_run]
-    next_run = next_run + 1
+    local number
+    repeat
+      number = settings.numbers[next_run]
+      if not number then return end
+      next_run = next_run + 1
+    until not is_elsewhere(self, number)
     local words = sweep.command(self, number, { threads = settings.threads,
       device = settings.device }) .. " --quiet"
     if settings.gpus[1] then
@@ -85,7 +98,7 @@ function at_once.run(self, settings)
           state.child:close()
           if not report(self, state, status, settings) then failed = failed + 1 end
         end
-        if not busy[place] and settings.numbers[next_run] then start(place) end
+        if not busy[place] then start(place) end
       end
       host.wait(POLL_INTERVAL)
     until not next(busy)

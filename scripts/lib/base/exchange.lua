@@ -1,0 +1,117 @@
+--- exchange.lua: what the processes of one run under mpirun, its ranks, send each other. All take
+--- part in every exchange, and an error of one reaches the others in the next one. Without mpirun
+--- there is one rank, and nothing is sent.
+
+local buffer = require "string.buffer"
+local failure = require "limax.base.failure"
+local fault = require "limax.engine.fault"
+local host = require "limax.host"
+local ranks = require "limax.base.ranks"
+
+local exchange = {}
+
+--- Number of ranks, and of this one: 0, 1, ... Rank 0 writes the run folder and talks to the user.
+exchange.count, exchange.index, exchange.is_first = ranks.count, ranks.index, ranks.index == 0
+
+-- of this rank, for rank 0
+local warnings = {}
+-- Did the others hear of an error?
+local ended = false
+-- s that a rank waits for the one that reports an interrupt, which would end with it
+local LONGEST_REPORT = 5
+local is_interrupted, reports = false, true
+
+local function gather(message)
+  local list, problem = {}, nil
+  for k, text in ipairs(ranks.gather(buffer.encode(message))) do
+    list[k] = buffer.decode(text)
+    problem = problem or list[k].problem
+  end
+  ended = problem ~= nil
+  return list, problem
+end
+
+--- Sends a value to all ranks. Raises the error of a rank that failed instead.
+---@param value any numbers, texts, booleans, and tables of these
+---@return any[] values by rank, from 1
+function exchange.all(value)
+  if ranks.count == 1 then return { value } end
+  local list, problem = gather { value = value }
+  if problem then fault.throw(problem) end
+  for k, message in ipairs(list) do list[k] = message.value end
+  return list
+end
+
+--- A value that rank 0 makes for all.
+---@generic T
+---@param make fun(): T
+---@return T
+function exchange.first(make)
+  local value
+  if exchange.is_first then value = make() end
+  local list = exchange.all(value)
+  return exchange.is_first and value or list[1]
+end
+
+--- An object whose methods rank 0 calls for all, such as a run folder that only it can read.
+---@generic T
+---@param object T|nil nil on the other ranks
+---@return T
+function exchange.object(object)
+  if ranks.count == 1 then return object end
+  return setmetatable({}, { __index = function(_, name)
+    return function(_, ...)
+      local arguments, count = { ... }, select("#", ...)
+      local results = exchange.first(function()
+        local first, second = object[name](object, unpack(arguments, 1, count))
+        return { first = first, second = second }
+      end)
+      return results.first, results.second
+    end
+  end })
+end
+
+--- Keeps a warning of this rank for the next `take_warnings`; rank 0 shows it.
+---@param text string
+---@param key string
+function exchange.warn(text, key) warnings[#warnings + 1] = { text = text, key = key } end
+
+--- The warnings since the last call, for `all`.
+---@return { text: string, key: string }[]
+function exchange.take_warnings()
+  local list = warnings
+  warnings = {}
+  return list
+end
+
+--- Ends this rank's part in the run: the last call.
+---@param status integer of the process
+---@return integer status
+function exchange.finish(status)
+  if not is_interrupted then host.protect(ranks.finish) end
+  if not reports then host.protect(host.wait, LONGEST_REPORT) end
+  return status
+end
+
+--- Sends an error of this rank to the others, unless it came from one of them. Then only one rank
+--- shows it.
+---@param value any
+---@param trace string|nil
+---@return boolean is it this one?
+function exchange.shows(value, trace)
+  if ranks.count == 1 then return true end
+  if ended then return exchange.is_first end
+  -- also where a rank is lost
+  if value == host.interrupt then
+    if not is_interrupted then is_interrupted, reports = true, ranks.reports() end
+    return reports
+  end
+  local status = failure.status(value)
+  local text = status and tostring(value) or failure.text(value, trace or tostring(value))
+  local sent = host.protect(gather, { problem = { kind = status and value.kind or "failed",
+    status = status or 1, text = ("rank %d: %s"):format(ranks.index, text) } })
+  is_interrupted = not sent
+  return exchange.is_first or not sent
+end
+
+return exchange

@@ -1,0 +1,185 @@
+--- division.lua: a generation on several ranks of mpirun. All have all robots; each simulates and
+--- scores a slice of those without a score, and gets what the others found. Breeding is repeated by
+--- all. What a rank computes differently is noticed in the next exchange.
+
+local ffi = require "ffi"
+
+local engine_population = require "limax.engine.population"
+local exchange = require "limax.base.exchange"
+local failure = require "limax.base.failure"
+local host = require "limax.host"
+local state = require "limax.run.state"
+
+local division = {}
+
+-- Robots per second of each rank, for all repetitions; nil before the first generation.
+local rates
+-- In every such generation a rank also scores the first robot of the next rank's slice.
+local CHECK_EVERY = 10
+-- Robots of each generation whose genomes are compared.
+local COMPARED = 4096
+
+-- ---- who simulates what -------------------------------------------------------------------------
+
+-- Divides the robots of a mask: a list of indices per rank, in order, one for each at least where
+-- there are enough, and the others by the ranks' rates.
+local function divide(mask)
+  local list, slices, count = {}, {}, exchange.count
+  for i = 1, #mask do
+    if mask[i] then list[#list + 1] = i end
+  end
+  local least = #list >= count and 1 or 0
+  local total, sum, at = 0, 0, 0
+  for r = 1, count do total = total + (rates and rates[r] or 1) end
+  for r = 1, count do
+    sum = sum + (rates and rates[r] or 1)
+    local last = least * r + math.floor((#list - least * count) * sum / total + 0.5)
+    slices[r] = {}
+    for k = at + 1, last do slices[r][k - at] = list[k] end
+    at = last
+  end
+  return slices
+end
+
+-- The robot that rank r (from 1) scores for a comparison; nil in most generations. And the place of
+-- its own rank.
+local function checked_by(robots, r)
+  if robots.generation % CHECK_EVERY > 0 then return nil end
+  local own = r % exchange.count + 1
+  return robots.slices[own][1], own
+end
+
+--- Which robots of a mask this rank simulates.
+---@param robots limax.population.scored
+---@param mask boolean[]
+---@return boolean[]
+function division.own(robots, mask)
+  robots.slices = robots.slices or divide(mask)
+  local own, r = {}, exchange.index + 1
+  for i = 1, #mask do own[i] = false end
+  for _, i in ipairs(robots.slices[r]) do own[i] = true end
+  local checked = checked_by(robots, r)
+  if checked then own[checked] = true end
+  return own
+end
+
+-- The next generation is divided by how fast the ranks were in the last ones.
+local function measure(slices, messages)
+  local now, sum, count = {}, 0, 0
+  for r, message in ipairs(messages) do
+    local robots = #slices[r]
+    if robots > 0 and message.seconds > 0 then
+      local rate = robots / message.seconds
+      now[r] = rates and (rates[r] + rate) / 2 or rate
+      sum, count = sum + now[r], count + 1
+    end
+  end
+  for r = 1, #messages do now[r] = now[r] or rates and rates[r] or sum / count end
+  if count > 0 then rates = now end
+end
+
+-- ---- what must be equal -------------------------------------------------------------------------
+
+-- Hashes of what all ranks made by themselves, in the order in which it was made.
+local function fingerprint(robots)
+  local made, count = robots.engine, math.min(#robots, COMPARED)
+  local first = robots.generation * COMPARED % (#robots - count + 1)
+  local memory = ffi.new("float[?]", count * made.genes)
+  engine_population.copy_genomes(made, memory, first, count)
+  local numbers, all = {}, robots.columns
+  for name, value in pairs(robots.parameters) do numbers[name] = ("%.17g"):format(value) end
+  return { { "parameters", host.xxh3(host.json.encode(numbers)) },
+    { "parents", host.xxh3(ffi.string(all.parents, ffi.sizeof(all.parents))) },
+    { "genomes", host.xxh3(ffi.string(memory, ffi.sizeof(memory))) },
+    { "state", robots.state_text } }
+end
+
+local REASON = "; its functions may depend only on their arguments, not on a clock, a file, or"
+  .. " variables of the script"
+
+local function shown(value) return value == nil and "none" or host.json.encode(value) end
+
+local function equal(a, b)
+  if type(a) ~= "table" or type(b) ~= "table" then return a == b end
+  for key, value in pairs(a) do
+    if not equal(value, b[key]) then return false end
+  end
+  for key in pairs(b) do
+    if a[key] == nil then return false end
+  end
+  return true
+end
+
+-- Raises where ranks made different robots.
+local function compare_made(robots, messages)
+  for r = 2, #messages do
+    for k, part in ipairs(messages[1].made) do
+      if messages[r].made[k][2] ~= part[2] then
+        failure.raise(1, ("generation %d: the %s of ranks 0 and %d differ: a function of the"
+          .. " experiment gave them different results%s"):format(robots.generation, part[1], r - 1,
+          REASON))
+      end
+    end
+  end
+end
+
+-- Raises where two ranks scored the same robot differently.
+local function compare_scores(robots, messages)
+  for r, message in ipairs(messages) do
+    local checked, own = checked_by(robots, r)
+    for name, list in pairs(checked and message.checked or {}) do
+      local theirs = messages[own].scores[name][1]
+      if name ~= "outcomes" and not equal(list[1], theirs) then
+        failure.raise(1, ("generation %d: robot %s has the %s %s on rank %d and %s on rank %d: a"
+          .. " fitness or a descriptor gave different results%s"):format(robots.generation,
+          robots.records[checked].id, name, shown(list[1]), r - 1, shown(theirs), own - 1, REASON))
+      end
+    end
+  end
+end
+
+-- Raises where the functions that score wrote to the state: other ranks do not have what they
+-- wrote.
+local function check_state(robots)
+  local before = robots.state_text
+  if before and state.encode(robots.world.state) ~= before then
+    failure.raise(2, "the fitness, a descriptor or an objective writes to `state`: on several ranks"
+      .. " of mpirun each scores a part of the robots only. Write to it in the survival or the"
+      .. " selection, or run on one rank")
+  end
+end
+
+-- ---- the exchange -------------------------------------------------------------------------------
+
+--- Gives the scores of this rank's robots to all others and takes theirs.
+---@param robots limax.population.scored simulated and scored here
+---@param failures scoring.failure[] of the robots that were scored here
+---@return scoring.failure[] of all robots
+function division.exchange(robots, failures)
+  if not robots.slices then return failures end
+  check_state(robots)
+  local all, slices, r = robots.columns, robots.slices, exchange.index + 1
+  local checked, own = checked_by(robots, r), {}
+  for _, each in ipairs(failures) do
+    if each.index ~= checked then own[#own + 1] = each end
+  end
+  local began = host.clock()
+  local messages = exchange.all { made = fingerprint(robots), failures = own,
+    warnings = exchange.take_warnings(), scores = all:scores(slices[r]),
+    checked = checked and all:scores { checked },
+    seconds = robots.timing.simulate + robots.timing.fitness }
+  robots.timing.ranks = host.clock() - began
+  compare_made(robots, messages)
+  local failed = {}
+  for k, message in ipairs(messages) do
+    if k ~= r then all:set_scores(slices[k], message.scores) end
+    for _, each in ipairs(message.failures) do failed[#failed + 1] = each end
+    for _, each in ipairs(message.warnings) do robots.world.say(each.text, each.key) end
+  end
+  -- a rank stops scoring where the run must end
+  if #failed == 0 then compare_scores(robots, messages) end
+  measure(slices, messages)
+  return failed
+end
+
+return division

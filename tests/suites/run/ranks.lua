@@ -1,0 +1,197 @@
+--- ranks.lua: one run on several ranks of mpirun gives the bytes of the plain command, wherever it
+--- was interrupted, and ends with a reason where ranks compute different things.
+
+local host = require "limax.host"
+local process = require "support.process"
+
+local suite = require("limax.test").suite "ranks"
+
+local MPIRUN = "OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 mpirun -n %d"
+  .. " --oversubscribe"
+
+-- Runs limax on so many ranks; 0 is the plain command.
+local function on(ranks, folder, ...)
+  return process.ends(folder, { ... }, { before = ranks > 0 and MPIRUN:format(ranks) or nil })
+end
+
+local function completes(ranks, t, folder, ...)
+  local done = on(ranks, folder, ...)
+  t:ok(done.status == 0, ("%d ranks: status %s\n%s"):format(ranks, tostring(done.status),
+    done.stderr))
+  return done
+end
+
+local available
+
+local function test(name, options, body)
+  suite:test(name, options, function(t)
+    local folder = t:folder()
+    if available == nil then
+      process.write(folder .. "/count.lua", 'print("ranks", require("limax.base.ranks").count)')
+      local done = on(2, folder, "count.lua")
+      available = done.stdout:find "ranks\t2" ~= nil
+    end
+    if not available then t:skip "there is no mpirun here, or limax was built without MPI" end
+    body(t, folder)
+  end)
+end
+
+-- What a rank loses or computes differently changes the numbers: a supervisor that reads old
+-- robots and sets materials, a state, an archive whose rows are parents, islands, and robots that
+-- fail in the fitness.
+local EXPERIMENT = [[
+local limax = require "limax"
+
+local function supervisor(history, random, _, state)
+  local now, old = history[#history], history[math.max(1, #history - 2)]
+  local shift = 0.02 * (old.population[1].body.mass / now.population[1].body.mass - 1)
+    + 0.01 * old.population[2].genome[3] + 0.001 * history[1].population[3].body.voxels
+    + 0.02 * (random:uniform() - 0.5)
+  state.shifts[#state.shifts + 1] = shift
+  return { mutation_scale = 0.1 + shift + 1e-4 * state.survived,
+    materials = { bone = { stiffness = (#history % 4 == 0 and 1.02 or 0.99) * 1e4 } } }
+end
+
+return limax.experiment {
+  name = "tiny", lattice = { 3, 3, 3 }, population = 12, generations = 12, repetitions = 2,
+  simulation = { duration = 0.5, settle = 0.1 }, record = { population = "columns" },
+  state = function() return { survived = 0, shifts = {} } end,
+  archive = { "novelty", descriptors = { "voxel_share", "muscle_share" }, k = 3, add = 2 },
+  survival = function(robots, _, state)
+    state.survived = state.survived + 1
+    return { robots.ranked[1] }, robots.archive
+  end,
+  islands = { count = 4, every = 2, migrants = 1, topology = "random" },
+  fitness = function(robot, state)
+    if robot.generation > 0 and robot.id % 33 == 18 then return 0 / 0 end
+    return robot:distance() + 1e-6 * #state.shifts,
+      { robot.body.mass, robot:speed(), way = robot:distance() }
+  end,
+  selection = "rank", supervisor = supervisor, supervision = { materials = true },
+}
+]]
+
+-- Files that hold clocks, or how a run got there.
+local SKIPPED = { ["environment.json"] = true, ["timing.jsonl"] = true, checkpoint = true,
+  ["hashes.jsonl"] = true }
+
+local function same(t, got, expected, what)
+  for _, name in ipairs(host.file.list(expected)) do
+    local path = expected .. "/" .. name
+    if host.file.exists(path) == "folder" then
+      same(t, got .. "/" .. name, path, what)
+    elseif not SKIPPED[name] then
+      t:ok(process.read(got .. "/" .. name) == process.read(path), ("%s: %s/%s differs"):format(
+        what, got, name))
+    end
+  end
+  t:equal(host.file.list(got), host.file.list(expected))
+end
+
+test("any number of ranks gives the same bytes, also after a resume", { limit = 120 },
+  function(t, folder)
+    process.write(folder .. "/tiny.lua", EXPERIMENT)
+    local plain = completes(0, t, folder, "run", "tiny.lua", "-q", "--out", "0")
+    for _, ranks in ipairs { 2, 3, 7 } do
+      local done = completes(ranks, t, folder, "run", "tiny.lua", "-q", "--out", tostring(ranks))
+      same(t, ("%s/%d"):format(folder, ranks), folder .. "/0", ranks .. " ranks")
+      t:equal(done.stderr, plain.stderr) -- each warning once
+    end
+    for name, ranks in pairs { ["2"] = 3, ["3"] = 0, ["0"] = 2 } do
+      completes(ranks, t, folder, "run", "--resume", name, "--from", "5", "-q")
+      same(t, folder .. "/" .. name, folder .. "/7", ("%s continued on %d"):format(name, ranks))
+    end
+  end)
+
+test("shipped experiments have the same bytes on three ranks", { limit = 120 },
+  function(t, folder)
+    for _, name in ipairs { "walk", "map_elites", "islands", "two_worlds" } do
+      for _, ranks in ipairs { 0, 3 } do
+        completes(ranks, t, folder, "run", ("%s/scripts/experiments/%s.lua"):format(host.home,
+          name), "-q", "--device", "cpu", "--out", ("%s-%d"):format(name, ranks),
+          "--set", "generations=3", "--set", "population=24", "--set", "repetitions=1",
+          "--set", "simulation.duration=0.3", "--set", "simulation.settle=0.1")
+      end
+      same(t, ("%s/%s-3"):format(folder, name), ("%s/%s-0"):format(folder, name), name)
+    end
+  end)
+
+-- Its fitness takes three times as long on the last rank.
+local SLOW = [[
+local limax, host = require "limax", require "limax.host"
+local index = require("limax.base.exchange").index
+return limax.experiment {
+  name = "slow", lattice = { 2, 2, 2 }, population = 60, generations = 8, repetitions = 1,
+  simulation = { duration = 0.1, settle = 0.02 }, supervisor = "fixed",
+  fitness = function(robot)
+    host.wait(index == 2 and 0.03 or 0.01)
+    return robot:distance()
+  end,
+}
+]]
+
+test("a slow rank gets fewer robots", { limit = 60 }, function(t, folder)
+  process.write(folder .. "/slow.lua", SLOW)
+  completes(3, t, folder, "run", "slow.lua", "-q", "--out", "slow")
+  local waits = {}
+  for line in process.read(folder .. "/slow/timing.jsonl"):gmatch "[^\n]+" do
+    waits[#waits + 1] = host.json.decode(line).seconds.ranks
+  end
+  local least = math.min(unpack(waits, 3))
+  t:ok(least < waits[1] / 3, ("s that rank 0 waited: %s"):format(table.concat(waits, " ")))
+end)
+
+-- What else the experiment has, and what the run of it on three ranks prints.
+local FAULTS = {
+  { "a fitness with a variable of the script",
+    [[fitness = (function()
+      local n = 0
+      return function(robot) n = n + 1 return robot:distance() + n end
+    end)()]], "generation 0: robot 5 has the fitness .* on rank 0 and .* on rank 1" },
+  { "a survival that reads a clock",
+    [[fitness = "walk", survival = function(robots)
+      return { robots.ranked[1 + math.floor(os.clock() * 1e6) % 8] }
+    end]], "generation %d+: the parents of ranks 0 and %d differ.*\n.*continue with: " },
+  { "a fitness that writes to the state", [[state = function() return { n = 0 } end,
+    fitness = function(robot, state) state.n = state.n + 1 return robot:distance() end]],
+    "writes to `state`" },
+  { "a fitness with an error on the last rank",
+    "fitness = function(robot) return robot.id == 12 and robot.id.x or robot:distance() end",
+    "^[^\n]*robot 12 of the first generation: the fitness failed: [^\n]*attempt to index" },
+  { "a survival with an error",
+    'fitness = "walk", survival = function(robots) return robots.ranked[1].x end',
+    "^[^\n]*attempt to index[^\n]*\n[^\n]*continue with" },
+}
+
+for _, fault in ipairs(FAULTS) do
+  test(fault[1] .. " ends the run with the reason, printed once", { limit = 60 },
+    function(t, folder)
+      process.write(folder .. "/fault.lua", ([[return require("limax").experiment { name = "fault",
+        lattice = { 3, 3, 3 }, population = 12, generations = 20, repetitions = 1,
+        simulation = { duration = 0.5, settle = 0.1 }, supervisor = "fixed", %s }]]):format(
+        fault[2]))
+      local done = on(3, folder, "run", "fault.lua", "-q", "--device", "cpu")
+      local _, reports = done.stderr:gsub("limax: ", "")
+      local text = done.stderr:match "limax: (.*)" or ""
+      t:ok(done.status ~= 0 and reports == 1 and text:find(fault[3]), done.stderr)
+    end)
+end
+
+test("ranks share the runs of a sweep", { limit = 60 }, function(t, folder)
+  process.write(folder .. "/tiny.lua", EXPERIMENT)
+  local words = { "sweep", "tiny.lua", "--set", "seed=1,2,3", "--set", "generations=2",
+    "--repetitions", "2", "--out", "sweep" }
+  local done = completes(3, t, folder, unpack(words))
+  local _, lines = done.stderr:gsub("%[%d/6%]", "")
+  t:ok(lines == 6 and done.stdout:find "all runs are done", done.stderr .. done.stdout)
+end)
+
+test("a command for one process, and a loop of one's own, are refused", { limit = 60 },
+  function(t, folder)
+    local done = on(2, folder, "doctor")
+    t:ok(done.status == 2 and done.stderr:find "start it without mpirun", done.stderr)
+    process.write(folder .. "/loop.lua", [[local limax = require "limax"
+      limax.start(limax.experiment { name = "loop", population = 4, fitness = "walk" })]])
+    done = on(2, folder, "loop.lua")
+    t:ok(done.status == 2 and done.stderr:find "loop of your own runs in one process", done.stderr)
+  end)
