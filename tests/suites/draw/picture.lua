@@ -60,18 +60,6 @@ suite:test("the same calls make pixels, SVG and PDF, and the same bytes each tim
   end
 end)
 
-suite:test("points along the sight fall on each other", function(t)
-  for _, name in ipairs(view.names) do
-    local each = view.of[name]
-    local x, y = each.project { 0.3, -0.2, 0.7 }
-    local p, q = each.project { 0.3 + each.sight[1], -0.2 + each.sight[2], 0.7 + each.sight[3] }
-    t:near(x, p, { atol = 1e-12 })
-    t:near(y, q, { atol = 1e-12 })
-    local right, up = each.project { 1, 0, 0 }
-    t:near(math.sqrt(right ^ 2 + up ^ 2), each.short, { rtol = 1e-12 })
-  end
-end)
-
 suite:test("stills and strips have the size, the times and the resolution of the options",
   { limit = 20 }, function(t)
     local base = t:folder()

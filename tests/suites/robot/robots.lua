@@ -34,12 +34,6 @@ letters:test("run along x, lines along y, layers along z; spaces around are igno
   t:near(robot.body.mass, 3.5)
 end)
 
-letters:test("a body of 5x5x5 voxels weighs 21.6 kg", function(t)
-  local robot = limax.robot { voxels = (("eeeee\n"):rep(5) .. "\n"):rep(5) }
-  t:equal({ robot.body.masses, robot.body.springs }, { 216, 1940 })
-  t:near(robot.body.mass, 21.6)
-end)
-
 letters:test("a larger lattice is padded with empty voxels", function(t)
   local robot = limax.robot { voxels = "ec", lattice = { 3, 2, 2 } }
   t:equal(robot.body.letters, "ec.\n...\n\n...\n...")
