@@ -76,29 +76,11 @@ suite:test("material files", { limit = 60 }, function(t)
   process.fails(t, folder .. "/inner", 2, { "run", "../try.lua" },
     ("no file mine.json in %s/inner, nor beside the experiment in %s"):format(folder, folder))
   local good = source.read(host.home .. "/materials/paper.json")
-  for _, case in ipairs {
-    { '"stiffness": *[%d%.e+]+', '"stiffness": -5', "stiffness" },
-    { '"stiffness": *[%d%.e+]+,', "", "stiffness" },
-    { "}%s*$", "", "mine.json" },
-  } do
-    local text, changes = good:gsub(case[1], case[2], 1)
-    t:equal(changes, 1)
-    assert(host.file.write_atomic(folder .. "/mine.json", text))
-    process.fails(t, folder, 2, { "run", "try.lua" }, case[3], "mine.json")
-  end
+  local text = good:gsub('"stiffness": *[%d%.e+]+', '"stiffness": -5', 1)
+  assert(host.file.write_atomic(folder .. "/mine.json", text))
+  process.fails(t, folder, 2, { "run", "try.lua" }, "stiffness", "mine.json")
   assert(host.file.write_atomic(folder .. "/mine.json", good))
   t:equal(run(folder, { "run", "try.lua", "-q" }).status, 0)
-end)
-
-suite:test("a fitness that throws stops the first generation", function(t)
-  local folder = t:folder()
-  write_experiment(folder, 'fitness = function(robot) error("nobody walks") end')
-  local done = run(folder, { "run", "try.lua", "--out", "r" })
-  t:equal(done.status, 1)
-  t:ok(done.stderr:find "try.lua:%d+: nobody walks", done.stderr)
-  t:equal(host.json.decode(source.read(folder .. "/r/STATUS")).state, "failed")
-  -- there is no generation to continue from
-  t:equal(done.stderr:find("continue with", 1, true), nil)
 end)
 
 suite:test("a run that fails later keeps its generations and continues when repaired", function(t)

@@ -55,16 +55,6 @@ limax.robot { voxels = "e.e" }
   t:equal({ place, count, select(2, done.stderr:gsub("\n", "")) }, { "3", "2", 1 })
 end)
 
-letters:test("a duration that is rounded up gives one note", function(t)
-  local folder = t:folder()
-  process.write(folder .. "/short.lua", [[
-local robot = require("limax").robot { voxels = "e" }
-for _ = 1, 2 do robot:begin { duration = 0.05, settle = 0.05 } end
-]])
-  t:equal(process.completes(t, folder, { "short.lua" }).stderr, "! simulate: simulation.duration"
-    .. " is rounded up from 0.05 s to 0.06 s, whole samples at 50 Hz\n")
-end)
-
 letters:test("weights are numbers, functions or tables", function(t)
   local table_of = { { { 0.25 } }, { { 0.5 } } }
   local function phase(x, y, z) return (x + 10 * y + 100 * z) / 1000 end
