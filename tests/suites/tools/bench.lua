@@ -115,15 +115,6 @@ end)
 
 -- ---- stability ---------------------------------------------------------------------------------
 
-suite:test("stability: every row of the list has a case", function(t)
-  local rows, cases = {}, hard_cases.all()
-  t:ok(#cases >= 70, #cases .. " cases")
-  for _, case in ipairs(cases) do rows[case.row or 0] = true end
-  -- a single mass without springs is tested in tests/engine/physics/contact_test.cpp
-  rows[43] = true
-  for row = 1, 57 do t:ok(rows[row], ("row %d has no case"):format(row)) end
-end)
-
 suite:test("stability: a table, CSV and JSON", { limit = 60 }, function(t)
   local rows, output = bench(t, { "stability", "--filter", "free fall", "--device", "cpu" })
   trial.contains(t, output, "1. free fall", "1 cases in")

@@ -3,7 +3,6 @@
 
 local evolution = require "support.evolution"
 local host = require "limax.host"
-local passes = require "limax.tools.console.passes"
 local process = require "support.process"
 local tally = require "limax.tools.console.tally"
 
@@ -127,14 +126,6 @@ suite:test("the text of a tally", function(t)
   t:equal(total:time_text { fitness = { ["function"] = { file = "mine.lua", first_line = 12 } },
     selection = "rank" }, "Time 10 s: 60 % simulation, 30 % fitness (mine.lua:12), "
     .. "5 % selection and breeding.\n")
-end)
-
-suite:test("slower passes than the processor has are reported", function(t)
-  t:equal(passes.warning { isa = "v4", isa_available = "v4,v3,baseline" }, nil)
-  t:equal(passes.warning { kind = "cuda" }, nil)
-  t:equal(passes.warning { isa = "v3", isa_available = "v4,v3,baseline" },
-    "v3, though this processor has v4")
-  t:ok(passes.warning({ isa = "baseline", isa_available = "baseline" }):find "times slower")
 end)
 
 return suite

@@ -1,10 +1,9 @@
 --- sweep.lua: `limax sweep`: its grid, its runs, what it prints for a cluster, and that it goes on
---- without running anything twice; and the container file.
+--- without running anything twice.
 
 local at_once = require "limax.tools.study.at_once"
 local host = require "limax.host"
 local process = require "support.process"
-local source = require "limax.base.source"
 
 local suite = require("limax.test").suite "sweep"
 
@@ -230,35 +229,6 @@ suite:test("a sweep with other lists or another script is refused", { limit = 60
   for _, words in ipairs { { "--resume", "s" }, { "--resume", "s", "--run", "1" },
     { "try.lua", "--out", "s", "--set", "seed=1,2" } } do
     refused("has changed since the sweep in", unpack(words))
-  end
-end)
-
--- ---- the container ------------------------------------------------------------------------------
-
-suite:test("the container file has valid instructions, and packages only from setup.sh", function(t)
-  local dev = host.home .. "/scripts/dev/"
-  if not host.file.exists(dev .. "Containerfile") then t:skip "only in a source tree" end
-  local setup = assert(source.read(dev .. "setup.sh"))
-  local text = assert(source.read(dev .. "Containerfile")):gsub("#[^\n]*\n", ""):gsub("\\\n", " ")
-  local known, stages = { FROM = true, COPY = true, RUN = true, WORKDIR = true,
-    ENTRYPOINT = true }, {}
-  for line in text:gmatch "[^\n]+" do
-    local word, rest = line:match "^(%u+) (%S.*)$"
-    t:ok(known[word], line)
-    if word == "FROM" then
-      t:ok(rest:match "^debian:12%f[^%d]", line)
-      stages[rest:match " AS (%w+)$" or ""] = true
-    elseif word == "COPY" and rest:match "^%-%-" then
-      t:ok(stages[rest:match "^%-%-from=(%w+) "], line)
-    elseif word == "RUN" then
-      for script in rest:gmatch "/limax/(scripts/%S+)" do
-        t:equal(host.file.exists(host.home .. "/" .. script), "file")
-        t:ok(assert(source.read(host.home .. "/" .. script)):find("setup.sh", 1, true), script)
-      end
-      for package in (rest:match "apt%-get install ([^&]*)" or ""):gmatch "%f[%S][^%-%s]%S*" do
-        t:ok(package:match "%.deb$" or setup:find(package, 1, true), package)
-      end
-    end
   end
 end)
 
