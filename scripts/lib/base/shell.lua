@@ -1,6 +1,7 @@
 --- shell.lua: words of commands for a shell.
 
 local host = require "limax.host"
+local ranks = require "limax.base.ranks"
 
 local shell = {}
 
@@ -37,9 +38,15 @@ function shell.program()
   return path:find("/", 1, true) and path or "./" .. path
 end
 
+--- The program, on as many ranks as now.
+function shell.same_ranks()
+  local launcher = ranks.count > 1 and ("mpirun -n %d "):format(ranks.count) or ""
+  return launcher .. shell.program()
+end
+
 --- The command that continues the run in a folder, ready to be pasted into a shell.
 function shell.resume_command(path)
-  return ("%s run --resume %s"):format(shell.program(), printed(path))
+  return ("%s run --resume %s"):format(shell.same_ranks(), printed(path))
 end
 
 return shell

@@ -1,6 +1,7 @@
 --- ranks.lua: one run on several ranks of mpirun gives the bytes of the plain command, wherever it
 --- was interrupted, and ends with a reason where ranks compute different things.
 
+local faulty_server = require "support.faulty_server"
 local host = require "limax.host"
 local process = require "support.process"
 
@@ -151,7 +152,7 @@ local FAULTS = {
   { "a survival that reads a clock",
     [[fitness = "walk", survival = function(robots)
       return { robots.ranked[1 + math.floor(os.clock() * 1e6) % 8] }
-    end]], "generation %d+: the parents of ranks 0 and %d differ.*\n.*continue with: " },
+    end]], "generation %d+: the parents of ranks 0 and %d differ.*continue with: mpirun %-n 3 " },
   { "a fitness that writes to the state", [[state = function() return { n = 0 } end,
     fitness = function(robot, state) state.n = state.n + 1 return robot:distance() end]],
     "writes to `state`" },
@@ -176,6 +177,19 @@ for _, fault in ipairs(FAULTS) do
       t:ok(done.status ~= 0 and reports == 1 and text:find(fault[3]), done.stderr)
     end)
 end
+
+test("only one rank asks a language model", { limit = 60 }, function(t, folder)
+  local server = faulty_server.open(t)
+  process.write(folder .. "/asks.lua", ([[return require("limax").experiment { name = "asks",
+    lattice = { 3, 3, 3 }, population = 6, generations = 4, repetitions = 1, fitness = "walk",
+    simulation = { duration = 0.1, settle = 0.02 },
+    supervisor = { "llm", url = %q, model = "m" } }]]):format(server:url "good"))
+  completes(0, t, folder, "run", "asks.lua", "-q", "--out", "0")
+  completes(3, t, folder, "run", "asks.lua", "-q", "--out", "3")
+  t:equal(server:ask "counts".good.requests, 2 * 3)
+  t:ok(process.read(folder .. "/3/metrics.jsonl") == process.read(folder .. "/0/metrics.jsonl"))
+  server:close()
+end)
 
 test("ranks share the runs of a sweep", { limit = 60 }, function(t, folder)
   process.write(folder .. "/tiny.lua", EXPERIMENT)

@@ -50,7 +50,7 @@ end
 
 --- The command that goes on with a sweep.
 function sweep.resume_command(self)
-  return ("%s sweep --resume %s"):format(shell.program(), shell.path(self.out))
+  return ("%s sweep --resume %s"):format(shell.same_ranks(), shell.path(self.out))
 end
 
 -- Refuses a script that would make the runs of one sweep incomparable.
