@@ -117,6 +117,29 @@ test("shipped experiments have the same bytes on three ranks", { limit = 120 },
     end
   end)
 
+test("a killed rank ends the run within 10 s, and any number of ranks goes on", { limit = 120 },
+  function(t, folder)
+    process.write(folder .. "/tiny.lua", EXPERIMENT)
+    completes(0, t, folder, "run", "tiny.lua", "-q", "--out", "whole")
+    local words = { "run", "tiny.lua", "-q", "--out", "cut" }
+    for rank = 0, 2 do
+      local run = process.start(folder, words, MPIRUN:format(3))
+      local function generations()
+        return select(2, process.read(folder .. "/cut/metrics.jsonl"):gsub("\n", ""))
+      end
+      local began, before = host.clock(), generations()
+      while generations() < before + 4 and host.clock() - began < 60 do host.wait(0.01) end
+      os.execute(("kill -KILL $(pgrep -P %s | sed -n %dp)"):format(run.pid, rank + 1))
+      run.sent = host.clock()
+      local status, output, seconds = run:finish()
+      t:ok(status ~= 0 and seconds < 10 + process.LATE and output:find "continue with: mpirun",
+        ("rank %d: status %s after %.1f s\n%s"):format(rank, tostring(status), seconds, output))
+      words = { "run", "--resume", "cut", "-q" }
+    end
+    completes(2, t, folder, "run", "--resume", "cut", "-q")
+    same(t, folder .. "/cut", folder .. "/whole", "the run with killed ranks")
+  end)
+
 -- Its fitness takes three times as long on the last rank.
 local SLOW = [[
 local limax, host = require "limax", require "limax.host"
