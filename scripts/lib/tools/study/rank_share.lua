@@ -74,7 +74,7 @@ function rank_share.check(experiment, device)
   local ranks = exchange.all {
     { "limax", ("%s %s"):format(host.version, host.commit or "") },
     { "script or configuration", host.sha256(host.json.encode(config)) },
-    { "device", about.gpus and about.gpus[1].name or about.isa } }
+    { "kind of device", about.gpus and about.gpus[1].name or jit.arch .. " CPU" } }
   for r, facts in ipairs(ranks) do
     for k, fact in ipairs(facts) do
       if fact[2] ~= ranks[1][k][2] then
