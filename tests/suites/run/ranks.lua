@@ -2,6 +2,7 @@
 --- was interrupted, and ends with a reason where ranks compute different things.
 
 local faulty_server = require "support.faulty_server"
+local engine = require "limax.engine"
 local host = require "limax.host"
 local process = require "support.process"
 
@@ -117,27 +118,49 @@ test("shipped experiments have the same bytes on three ranks", { limit = 120 },
     end
   end)
 
-test("a killed rank ends the run within 10 s, and any number of ranks goes on", { limit = 120 },
+-- The pids of the ranks of an mpirun.
+local function ranks_of(child)
+  local pids, pipe = {}, assert(io.popen("pgrep -P " .. child.pid))
+  for pid in pipe:lines() do pids[#pids + 1] = tonumber(pid) end
+  pipe:close()
+  table.sort(pids)
+  return pids
+end
+
+-- Signals and whom they reach: a rank, from 1, or mpirun. A rank that is stopped does not answer.
+local LOSSES = { { "KILL", 1 }, { "KILL", 2 }, { "TERM" }, { "KILL", 3 }, { "INT" }, { "KILL", 1 },
+  { "TERM" }, { "STOP", 2 }, { "KILL", 2 }, { "KILL", 3 } }
+
+test("a run that loses a rank ends within 10 s, and resumes to the same bytes", { limit = 240 },
   function(t, folder)
     process.write(folder .. "/tiny.lua", EXPERIMENT)
-    completes(0, t, folder, "run", "tiny.lua", "-q", "--out", "whole")
-    local words = { "run", "tiny.lua", "-q", "--out", "cut" }
-    for rank = 0, 2 do
-      local run = process.start(folder, words, MPIRUN:format(3))
-      local function generations()
-        return select(2, process.read(folder .. "/cut/metrics.jsonl"):gsub("\n", ""))
-      end
-      local began, before = host.clock(), generations()
-      while generations() < before + 4 and host.clock() - began < 60 do host.wait(0.01) end
-      os.execute(("kill -KILL $(pgrep -P %s | sed -n %dp)"):format(run.pid, rank + 1))
-      run.sent = host.clock()
-      local status, output, seconds = run:finish()
-      t:ok(status ~= 0 and seconds < 10 + process.LATE and output:find "continue with: mpirun",
-        ("rank %d: status %s after %.1f s\n%s"):format(rank, tostring(status), seconds, output))
-      words = { "run", "--resume", "cut", "-q" }
+    completes(0, t, folder, "run", "tiny.lua", "-q", "--set", "generations=200", "--out", "whole")
+    local random = engine.random(7, 1, "user", 1, 1)
+    local function lines()
+      return select(2, process.read(folder .. "/lossy/metrics.jsonl"):gsub("\n", ""))
     end
-    completes(2, t, folder, "run", "--resume", "cut", "-q")
-    same(t, folder .. "/cut", folder .. "/whole", "the run with killed ranks")
+    for k, loss in ipairs(LOSSES) do
+      local what, before = ("signal %d, %s"):format(k, loss[1]), lines()
+      local child = process.start(folder, k > 1 and { "run", "--resume", "lossy", "-q" }
+        or { "run", "tiny.lua", "-q", "--set", "generations=200", "--out", "lossy" },
+        MPIRUN:format(3))
+      local moment, pids = nil, nil
+      child:signal_when(loss[1], function()
+        if lines() < before + 4 then return false end
+        pids = pids or ranks_of(child)
+        moment = moment or host.clock() + 0.02 * random:uniform()
+        if host.clock() < moment then return false end
+        child.pid = loss[2] and pids[loss[2]] or child.pid
+        return true
+      end)
+      local status, output, seconds = child:finish()
+      t:ok(status ~= 0 and seconds < 10 + process.LATE, ("%s: status %s after %.1f s\n%s"):format(
+        what, tostring(status), seconds, output))
+      t:ok(output:find "continue with: mpirun .* %-%-resume lossy", what .. "\n" .. output)
+      t:ok(lines() < 400, what .. ": it was done already")
+    end
+    completes(2, t, folder, "run", "--resume", "lossy", "-q")
+    same(t, folder .. "/lossy", folder .. "/whole", "after ten signals")
   end)
 
 -- Its fitness takes three times as long on the last rank.
