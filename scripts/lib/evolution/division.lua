@@ -16,8 +16,9 @@ local division = {}
 local rates
 -- In every such generation a rank also scores the first robot of the next rank's slice.
 local CHECK_EVERY = 10
--- Robots of each generation whose genomes are compared.
-local COMPARED = 4096
+-- Robots of each generation whose genomes and bodies are compared: the last, which are offspring,
+-- and others in the next generations.
+local COMPARED = 256
 
 -- ---- who simulates what -------------------------------------------------------------------------
 
@@ -83,14 +84,16 @@ end
 -- Hashes of what all ranks made by themselves, in the order in which it was made.
 local function fingerprint(robots)
   local made, count = robots.engine, math.min(#robots, COMPARED)
-  local first = robots.generation * COMPARED % (#robots - count + 1)
+  local others = #robots - count
+  local first = others - robots.generation * COMPARED % (others + 1)
   local memory = ffi.new("float[?]", count * made.genes)
   engine_population.copy_genomes(made, memory, first, count)
-  local numbers, all = {}, robots.columns
+  local numbers, all, width = {}, robots.columns, robots.columns.bodies.width
   for name, value in pairs(robots.parameters) do numbers[name] = ("%.17g"):format(value) end
   return { { "parameters", host.xxh3(host.json.encode(numbers)) },
     { "parents", host.xxh3(ffi.string(all.parents, ffi.sizeof(all.parents))) },
     { "genomes", host.xxh3(ffi.string(memory, ffi.sizeof(memory))) },
+    { "bodies", host.xxh3(ffi.string(all.bodies.letters + first * width, count * width)) },
     { "state", robots.state_text } }
 end
 
