@@ -24,7 +24,7 @@ local is_interrupted, reports = false, true
 local function gather(message)
   local list, problem = {}, nil
   for k, text in ipairs(ranks.gather(buffer.encode(message))) do
-    list[k] = buffer.decode(text)
+    list[k] = k == ranks.index + 1 and message or buffer.decode(text)
     problem = problem or list[k].problem
   end
   ended = problem ~= nil

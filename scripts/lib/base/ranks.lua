@@ -24,11 +24,13 @@ end
 -- Memory that MPI reads and writes until a gather is complete, also where an interrupt ends it.
 local in_flight -- luacheck: ignore
 
-local function wait()
+-- Waits until a gather is complete. Only these looks move the data on: while they flow, after all
+-- ranks have come, pauses stay short.
+local function wait(longest)
   local pause = SHORTEST_WAIT
   while ffi.C.limax_ranks_done() == 0 do
     host.wait(pause)
-    pause = math.min(2 * pause, LONGEST_WAIT)
+    pause = math.min(2 * pause, longest)
   end
 end
 
@@ -41,7 +43,7 @@ function ranks.gather(text)
   local own, sizes = ffi.new("int64_t[1]", #text), ffi.new("int64_t[?]", ranks.count)
   in_flight = { text, own, sizes }
   ffi.C.limax_ranks_gather_sizes(own, sizes)
-  wait()
+  wait(LONGEST_WAIT)
   local total, list = 0, {}
   for r = 0, ranks.count - 1 do
     total = total + tonumber(ffi.C.limax_ranks_padded(sizes[r]))
@@ -49,10 +51,10 @@ function ranks.gather(text)
   local all = ffi.new("char[?]", math.max(total, 1))
   in_flight[4] = all
   ffi.C.limax_ranks_gather(text, sizes, all)
-  wait()
+  wait(SHORTEST_WAIT)
   local place = 0
   for r = 0, ranks.count - 1 do
-    list[r + 1] = ffi.string(all + place, tonumber(sizes[r]))
+    list[r + 1] = r == ranks.index and text or ffi.string(all + place, tonumber(sizes[r]))
     place = place + tonumber(ffi.C.limax_ranks_padded(sizes[r]))
   end
   in_flight = nil
