@@ -17,7 +17,6 @@ local resume = require "limax.run.resume"
 local run_folder = require "limax.run.run_folder"
 local script = require "limax.base.script"
 local shell = require "limax.base.shell"
-local step_check = require "limax.evolution.step_check"
 local tally = require "limax.tools.console.tally"
 local terminal = require "limax.base.terminal"
 local tiers = require "limax.settings.tiers"
@@ -208,15 +207,8 @@ local function show_end(session, device)
     "Run folder: ", session.folder.path, "\n")
 end
 
--- Once per run, where masses stick and slip: whether the time step is short enough.
-local function check_step(session, config, entry)
-  if session.step_checked or entry.generation > 0 or not config.scene.friction then return end
-  session.step_checked = true
-  step_check.warn(entry.population)
-end
-
 -- What the engine is called with, and where its news go: those of the first rank to the terminal.
-local function start_options(session, config, arguments, device)
+local function start_options(session, arguments, device)
   local is_first = exchange.is_first
   return { repetition = session.left[1] or session.first, device = device,
     wait = together.wait, live_prompts = arguments.live_prompts,
@@ -229,7 +221,6 @@ local function start_options(session, config, arguments, device)
       session.tally:add(entry)
       session.tally:add_times(seconds)
       session.progress:generation(entry, seconds)
-      check_step(session, config, entry)
     end }
 end
 
@@ -288,7 +279,7 @@ local function execute(session, experiment, arguments)
   session.progress = progress.new { done = session.generations, quiet = session.quiet,
     total = budget.most_generations(config) * (session.last - session.first + 1),
     repetitions = config.repetitions, write = not exchange.is_first and function() end or nil }
-  local options = start_options(session, config, arguments, device)
+  local options = start_options(session, arguments, device)
   -- everything that the engine may refuse is tried before a folder is made
   local first_run = or_refuse(2, evolve.start, experiment, options)
   session.path = exchange.first(function()

@@ -27,6 +27,7 @@ local together = require "limax.evolution.together"
 ---@field trials fun(generation: integer): limax.trial[] at least one (experiment/trials.lua)
 ---@field device limax.device
 ---@field fitness limax.fitness the experiment's
+---@field fidelity limax.fidelity|nil
 ---@field is_divided boolean do ranks divide the robots among themselves (division.lua)?
 ---@field first_materials limax.materials those of generation 0
 ---@field first_step number s, limit of the time step for a full body of these
@@ -257,6 +258,48 @@ local function check_state(robots)
   end
 end
 
+-- Scores robots that were simulated here, and takes the scores of other ranks.
+local function call_fitness(robots, law, wanted)
+  local world, began = robots.world, host.clock()
+  local failures = scoring.score { call = law.call, ours = law.name ~= "function", robots = robots,
+    records = robots.records, wanted = wanted,
+    generation = robots.generation, state = world.state,
+    measure = world.measured and function(robot, record)
+      return measures.add(world.measured, robot, record, world.state)
+    end }
+  robots.timing.fitness = robots.timing.fitness + host.clock() - began
+  if world.is_divided then failures = division.exchange(robots, failures) end
+  scoring.judge(failures, robots.records, robots.generation, world.say)
+end
+
+-- Replaces the scores of some robots by those under the options of world.fidelity.
+local function replace_scores(robots, law, mask, count)
+  local world, began, all, first = robots.world, host.clock(), robots.columns, {}
+  robots.slices = nil
+  local own = world.is_divided and division.own(robots, mask) or mask
+  local simulations =
+    simulations_of(robots, own, robots.materials, world.fidelity:options(robots))
+  world.advance(simulations, world.on_progress)
+  for i = 1, #robots do
+    if mask[i] then
+      first[i] = all.fitness[i]
+      all:forget_score(i)
+    end
+  end
+  all:settle(simulations, own, world.config.trials ~= nil)
+  for i, fitness_before in pairs(first) do
+    all.first_fitness[i] = fitness_before
+    robots.contexts:forget(i)
+    robots.contexts:simulate(i, own[i] and simulations or nil)
+    robots[i] = scored_robot.of_row(robots.records[i], robots.contexts)
+  end
+  for _, simulation in ipairs(simulations) do table.insert(robots.simulations, simulation) end
+  robots.evaluations = robots.evaluations + count
+  robots.timing.simulate = robots.timing.simulate + host.clock() - began
+  call_fitness(robots, law, own)
+  for i, fitness_before in pairs(first) do all.first_fitness[i] = fitness_before end
+end
+
 --- Scores every robot that ended well: by the experiment's fitness, or by another one. Elites and
 --- robots read from a run folder keep a valid score.
 ---@param with? string|table|fun(robot: table): number, number[]?
@@ -273,22 +316,17 @@ function Population:score(with)
     end
   end
   self:simulate()
-  local began, wanted = host.clock(), {}
+  local wanted = {}
   for i = 1, #self do
     wanted[i] = self.contexts.simulated[i] ~= nil
     -- a robot that failed in another fitness may get a score from this one
     if wanted[i] then self.columns:set_status(i) end
   end
-  local failures = scoring.score { call = law.call, ours = law.name ~= "function", robots = self,
-    records = self.records, wanted = wanted,
-    generation = self.generation, state = world.state,
-    measure = world.measured and function(robot, record)
-      return measures.add(world.measured, robot, record, world.state)
-    end }
-  self.timing.fitness = self.timing.fitness + host.clock() - began
-  if world.is_divided then failures = division.exchange(self, failures) end
-  began = host.clock()
-  scoring.judge(failures, self.records, self.generation, world.say)
+  call_fitness(self, law, wanted)
+  if world.fidelity and self.simulated then
+    world.fidelity:improve(self, function(mask, count) replace_scores(self, law, mask, count) end)
+  end
+  local began = host.clock()
   check_trials_read(self, law, wanted)
   self.ranked = metrics.rank(self.records)
   self.scored_with, self.scored_by = self.scored_with or with, law

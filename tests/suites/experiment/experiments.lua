@@ -19,8 +19,7 @@ local WORDS = {
 }
 local PRINTED = { ["by_hand.lua"] = "12 voxels.*walking: %d%.%d+ m in 5 s",
   ["own_forces.lua"] = "treadmill: along x",
-  -- at `publish` all six, then the four that are not elites; else a share of those
-  ["multi_fidelity.lua"] = "\n1 +%S+, +10 runs in .-, +[3-9] runs in ",
+  ["multi_fidelity.lua"] = "\n1 +%S+ in +%S+ s +%S+ in ",
   ["supervision_study.lua"] = "." }
 local TAGS = { ["supervision_study.lua"] = "full" }
 

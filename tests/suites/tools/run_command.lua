@@ -41,21 +41,6 @@ suite:test("-q silences progress and summary, not warnings, and draws the champi
   t:ok(done.stderr:find "^! simulation.time_step = 0.001 s is above the limit", done.stderr)
 end)
 
-suite:test("a score that depends on the time step is reported", function(t)
-  local folder = t:folder()
-  for fitness, expected in pairs {
-    ["(1 + robot.id) * robot.record.outcome.time_step"] = "^! at half of the time step the best 6"
-      .. " robots of the first generation score 0.00045 in the mean instead of 0.0009: take"
-      .. ' simulation.accuracy = "publish" %(this check took [%d.]+ s%)\n$',
-    ["1 + robot.id"] = "^$" } do
-    local text = EXPERIMENT:gsub("if robot.*end%s+return robot:distance%(%)", "return " .. fitness)
-    assert(host.file.write_atomic(folder .. "/try.lua", text))
-    local done = process.completes(t, folder, { "run", "try.lua", "-q", "--out", "r" .. #fitness,
-      "--set", "population=6", "--set", "simulation.time_step=2e-4" })
-    t:ok(done.stderr:find(expected), done.stderr)
-  end
-end)
-
 suite:test("progress is not written into data files where standard streams are closed", function(t)
   local _, expected = run(t, "--set", "supervisor=rules")
   local folder = t:folder()
