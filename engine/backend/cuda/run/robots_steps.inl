@@ -67,13 +67,12 @@ void robots_on_gpu<R>::step_robots(const step_launch<R>& launch) {
     arrived_.clear(stream_);
     sums_.clear(stream_);
     const auto on_grid = [&](auto* exchange) {
-        const unsigned launches = (robots - 1) / scene_.most_robots() + 1;
-        for (unsigned k = 0; k < launches; ++k) {
-            const unsigned first = robots * k / launches, end = robots * (k + 1) / launches;
+        for (unsigned first = 0; first < robots; first += scene_.most_robots()) {
             grid_launch<R, std::remove_pointer_t<decltype(exchange)>> arguments{
                 launch, after_.data(), exchange, sums_.data(), arrived_.data(), setup_.grid, 0};
             arguments.step.running += first;
-            scene_.launch_grid(gpu_, stream_, arguments, end - first);
+            scene_.launch_grid(gpu_, stream_, arguments,
+                               std::min(robots - first, scene_.most_robots()));
         }
     };
     if (scene_.double_springs())
