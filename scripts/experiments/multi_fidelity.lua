@@ -2,9 +2,9 @@
 --- and the best half of each generation again at `publish` (field `rescore`). For comparison, the
 --- same evolution runs with every robot at `publish`; both final bests are scored at `reference`.
 ---
---- Two seeds of 12 generations of 24 robots take 40 seconds on two cores. There it saved 53 % of the
---- simulation time; the final bests walked 0.9 m and 0.8 m, those of `publish` 2.1 m and 1.2 m, which
---- with two seeds may be chance.
+--- Two seeds of 12 generations of 24 robots take 40 seconds on two cores. There it saved 53 % of
+--- the simulation time; the final bests walked 0.9 m and 0.8 m, those of `publish` 2.1 m and 1.2 m,
+--- which with two seeds may be chance.
 --- Run it with: limax scripts/experiments/multi_fidelity.lua [GENERATIONS [POPULATION [SECONDS]]]
 
 local limax = require "limax"

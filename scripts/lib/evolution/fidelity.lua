@@ -114,7 +114,7 @@ end
 --- Scores robots of a generation again where its scores depend on the step, until its best half
 --- has finer scores.
 ---@param robots limax.population.scored simulated and scored
----@param replace fun(mask: boolean[], count: integer) gives robots new scores, under `options`
+---@param replace fun(mask: boolean[]) gives robots new scores, under `options`
 function Fidelity:improve(robots, replace)
   if not self.on then self:check(robots) end
   while self.on do
@@ -126,7 +126,7 @@ function Fidelity:improve(robots, replace)
       if mask[i] then count = count + 1 end
     end
     if count == 0 then return end
-    replace(mask, count)
+    replace(mask)
   end
 end
 

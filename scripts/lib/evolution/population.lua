@@ -273,7 +273,7 @@ local function call_fitness(robots, law, wanted)
 end
 
 -- Replaces the scores of some robots by those under the options of world.fidelity.
-local function replace_scores(robots, law, mask, count)
+local function replace_scores(robots, law, mask)
   local world, began, all, first = robots.world, host.clock(), robots.columns, {}
   robots.slices = nil
   local own = world.is_divided and division.own(robots, mask) or mask
@@ -294,7 +294,6 @@ local function replace_scores(robots, law, mask, count)
     robots[i] = scored_robot.of_row(robots.records[i], robots.contexts)
   end
   for _, simulation in ipairs(simulations) do table.insert(robots.simulations, simulation) end
-  robots.evaluations = robots.evaluations + count
   robots.timing.simulate = robots.timing.simulate + host.clock() - began
   call_fitness(robots, law, own)
   for i, fitness_before in pairs(first) do all.first_fitness[i] = fitness_before end
@@ -324,7 +323,7 @@ function Population:score(with)
   end
   call_fitness(self, law, wanted)
   if world.fidelity and self.simulated then
-    world.fidelity:improve(self, function(mask, count) replace_scores(self, law, mask, count) end)
+    world.fidelity:improve(self, function(mask) replace_scores(self, law, mask) end)
   end
   local began = host.clock()
   check_trials_read(self, law, wanted)
