@@ -20,6 +20,8 @@ local ended = false
 -- s that a rank waits for the one that reports an interrupt, which would end with it
 local LONGEST_REPORT = 5
 local is_interrupted, reports = false, true
+-- Does this rank work by itself?
+local is_apart = false
 
 local function gather(message)
   local list, problem = {}, nil
@@ -35,7 +37,7 @@ end
 ---@param value any numbers, texts, booleans, and tables of these
 ---@return any[] values by rank, from 1
 function exchange.all(value)
-  if ranks.count == 1 then return { value } end
+  if exchange.count == 1 then return { value } end
   local list, problem = gather { value = value }
   if problem then fault.throw(problem) end
   for k, message in ipairs(list) do list[k] = message.value end
@@ -84,10 +86,16 @@ function exchange.take_warnings()
   return list
 end
 
+--- From here on this rank works by itself, as if it were the only one: on what locks divide.
+function exchange.work_apart()
+  is_apart, exchange.count, exchange.index, exchange.is_first = true, 1, 0, true
+end
+
 --- Ends this rank's part in the run: the last call.
 ---@param status integer of the process
 ---@return integer status
 function exchange.finish(status)
+  if is_apart and status ~= 0 then return status end -- mpirun ends the others
   if not is_interrupted then host.protect(ranks.finish) end
   if not reports then host.protect(host.wait, LONGEST_REPORT) end
   return status
@@ -99,7 +107,7 @@ end
 ---@param trace string|nil
 ---@return boolean is it this one?
 function exchange.shows(value, trace)
-  if ranks.count == 1 then return true end
+  if ranks.count == 1 or is_apart then return true end
   if ended then return exchange.is_first end
   -- also where a rank is lost
   if value == host.interrupt then

@@ -247,6 +247,22 @@ test("ranks share the runs of a sweep", { limit = 60 }, function(t, folder)
   t:ok(lines == 6 and done.stdout:find "all runs are done", done.stderr .. done.stdout)
 end)
 
+test("ranks share the runs of a study", { limit = 60 }, function(t, folder)
+  process.write(folder .. "/study.lua", [[
+    local tiny = { seed = 3, lattice = { 2, 2, 2 }, population = 4, fitness = "distance",
+      simulation = { duration = 0.1, settle = 0, accuracy = "preview" }, record = {} }
+    require("limax.tools.study.study").main({ repetitions = 2, evaluations = 32,
+      experiment = tiny }, { ... })]])
+  for _, ranks in ipairs { 0, 3 } do
+    completes(ranks, t, folder, "study.lua", "--out", tostring(ranks), "--device", "cpu")
+  end
+  for _, name in ipairs { "study.json", "compare/compare.json", "compare/compare.csv",
+    "yoked/r02/metrics.jsonl" } do
+    local plain = process.read(folder .. "/0/" .. name):gsub("0/", "3/")
+    t:ok(#plain > 0 and plain == process.read(folder .. "/3/" .. name):gsub("0/", "3/"), name)
+  end
+end)
+
 test("a command for one process, and a loop of one's own, are refused", { limit = 60 },
   function(t, folder)
     local done = on(2, folder, "doctor")

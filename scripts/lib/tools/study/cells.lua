@@ -3,6 +3,7 @@
 local evolve = require "limax.evolution.evolve"
 local experiments = require "limax.experiment.experiment"
 local failure = require "limax.base.failure"
+local host = require "limax.host"
 local model_arms = require "limax.tools.study.model_arms"
 local resume = require "limax.run.resume"
 local run_configuration = require "limax.run.run_configuration"
@@ -18,9 +19,10 @@ local cells = {}
 ---@field generations integer
 ---@field best number|nil best_standard of the last generation
 
---- Is this run folder done?
+--- Is this run folder done? Another process may be writing it.
 function cells.is_done(path)
-  return runs.is_folder(path) and runs.read(path).status.state == "done"
+  local text = runs.is_folder(path) and source.read(path .. "/STATUS")
+  return text and (host.json.decode(text) or {}).state == "done" or false
 end
 
 --- The result of a run folder with one repetition.

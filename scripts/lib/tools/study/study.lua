@@ -8,6 +8,7 @@ local cells = require "limax.tools.study.cells"
 local duration = require "limax.base.duration"
 local engine = require "limax.engine"
 local evolve = require "limax.evolution.evolve"
+local exchange = require "limax.base.exchange"
 local experiments = require "limax.experiment.experiment"
 local failure = require "limax.base.failure"
 local folder = require "limax.tools.compare.folder"
@@ -18,8 +19,10 @@ local options = require "limax.base.options"
 local outcome = require "limax.tools.compare.outcome"
 local output = require "limax.base.output"
 local plan = require "limax.tools.study.plan"
+local rank_share = require "limax.tools.study.rank_share"
 local runs = require "limax.tools.compare.runs"
 local source = require "limax.base.source"
+local sweep = require "limax.tools.study.sweep"
 local tables = require "limax.tools.compare.tables"
 local terminal = require "limax.base.terminal"
 local tuning = require "limax.tools.study.tuning"
@@ -157,11 +160,42 @@ local function run_cell(self, k, cell)
     best, host.clock() - began))
 end
 
---- Runs the remaining cells of a study, and compares.
-function study.run(self)
-  self.say(cost_of(self))
-  write_list(self)
-  for k, cell in ipairs(self.cells) do run_cell(self, k, cell) end
+-- s between looks at cells that other processes compute
+local LOOK = 0.2
+
+-- Computes the cells that no other process has, and waits for the others. The first rank also reads
+-- those.
+local function compute(self, is_first)
+  local handled = {}
+  repeat
+    local left = 0
+    for k, cell in ipairs(self.cells) do
+      local done = handled[k] or cells.is_done(self.out .. "/" .. cell.path)
+      local ready = not cell.donor or cells.is_done(self.out .. "/" .. cell.donor.path)
+      local lock = not done and ready and sweep.claim(self, k)
+      if lock or done and not handled[k] and is_first then run_cell(self, k, cell) end
+      if lock then lock:free() end
+      handled[k] = lock ~= nil and lock or done
+      if not handled[k] then left = left + 1 end
+    end
+    if left > 0 then host.wait(LOOK) end
+  until left == 0
+end
+
+--- Runs the remaining cells of a study, and compares. Several processes may compute one study.
+---@param is_first? boolean false in all of them but one, which reports and compares
+---@return table|nil comparison
+function study.run(self, is_first)
+  is_first = is_first ~= false
+  if is_first then
+    self.say(cost_of(self))
+    write_list(self)
+  end
+  local made, message = host.file.mkdir(self.out .. "/.locks")
+  if not made then failure.raise(1, message) end
+  compute(self, is_first)
+  if not is_first then return nil end
+  write_list(self) -- others do not know what was spent on tuning here
   local groups, list = arms.group(runs.read { self.out }), {}
   for _, group in ipairs(groups) do
     for _, run in ipairs(group.runs) do list[#list + 1] = run end
@@ -208,11 +242,15 @@ function study.main(settings, words)
     names = names or {}
     names[#names + 1] = name
   end
+  local is_first, threads = exchange.is_first, rank_share.take()
+  -- of mpirun: ranks share the cells
+  exchange.work_apart()
   local self = study.new { experiment = chosen.experiment, out = out, quick = arguments.quick,
     arms = names, repetitions = arguments.repetitions or chosen.repetitions,
     evaluations = arguments.evaluations or chosen.evaluations,
-    device = engine.device(arguments.device) }
-  local result = study.run(self)
+    device = engine.device(arguments.device, { threads = threads }) }
+  local result = study.run(self, is_first)
+  if not result then return end
   output.write("\n", tables.text(result, terminal.style()), "\n")
   if self.quick then print_line "--quick: too small for any claim" end
   print_line(("Tables, figures and their data: %s/compare"):format(out))
