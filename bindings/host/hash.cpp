@@ -1,5 +1,7 @@
-// hash.cpp: SHA-256 (OpenSSL), for what others may check, and XXH3 (xxHash), for files of a run,
-// where a hash must cost nothing beside the writing.
+// hash.cpp: SHA-256 and its HMAC (OpenSSL), for what others may check, and XXH3 (xxHash), for files
+// of a run, where a hash must cost nothing beside the writing.
+#include <openssl/evp.h>
+#include <openssl/hmac.h>
 #include <openssl/sha.h>
 
 #define XXH_INLINE_ALL
@@ -7,6 +9,7 @@
 
 #include <cinttypes>
 #include <cstdio>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 
@@ -16,14 +19,36 @@
 namespace limax::host {
 namespace {
 
+constexpr std::size_t longest_key = 65536;  // bytes
+
+const unsigned char* bytes_of(std::string_view text) {
+    return reinterpret_cast<const unsigned char*>(text.data());
+}
+
+// Pushes a digest as 64 hexadecimal digits.
+int push_digest(lua_State* L, const unsigned char (&digest)[SHA256_DIGEST_LENGTH]) {
+    char hex[2 * SHA256_DIGEST_LENGTH + 1];
+    for (int i = 0; i < SHA256_DIGEST_LENGTH; ++i) std::snprintf(hex + 2 * i, 3, "%02x", digest[i]);
+    return push(L, std::string_view(hex, sizeof hex - 1));
+}
+
 // sha256(text): 64 hexadecimal digits
 int lua_sha256(lua_State* L) {
     const std::string_view text = text_argument(L, 1);
     unsigned char digest[SHA256_DIGEST_LENGTH];
-    SHA256(reinterpret_cast<const unsigned char*>(text.data()), text.size(), digest);
-    char hex[2 * SHA256_DIGEST_LENGTH + 1];
-    for (int i = 0; i < SHA256_DIGEST_LENGTH; ++i) std::snprintf(hex + 2 * i, 3, "%02x", digest[i]);
-    return push(L, std::string_view(hex, sizeof hex - 1));
+    SHA256(bytes_of(text), text.size(), digest);
+    return push_digest(L, digest);
+}
+
+// hmac_sha256(key, text): 64 hexadecimal digits
+int lua_hmac_sha256(lua_State* L) {
+    const std::string_view key = text_argument(L, 1), text = text_argument(L, 2);
+    luaL_argcheck(L, key.size() <= longest_key, 1, "a key must not be longer than 64 KiB");
+    unsigned char digest[SHA256_DIGEST_LENGTH];
+    if (HMAC(EVP_sha256(), key.data(), static_cast<int>(key.size()), bytes_of(text), text.size(),
+             digest, nullptr) == nullptr)
+        throw std::runtime_error("OpenSSL cannot compute an HMAC");
+    return push_digest(L, digest);
 }
 
 // xxh3(text): 16 hexadecimal digits
@@ -39,6 +64,7 @@ std::string xxh3(std::string_view text) {
 
 void open_hashes(lua_State* L) {
     add_function<lua_sha256>(L, "sha256");
+    add_function<lua_hmac_sha256>(L, "hmac_sha256");
     add_function<lua_xxh3>(L, "xxh3");
 }
 

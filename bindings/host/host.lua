@@ -163,6 +163,7 @@
 ---@field image limax.host.image
 ---@field deflate fun(bytes: string): string a zlib stream
 ---@field sha256 fun(text: string): string hexadecimal
+---@field hmac_sha256 fun(key: string, text: string): string hexadecimal
 ---@field xxh3 fun(text: string): string 64 bits, hexadecimal
 ---@field http fun(request: limax.host.request): limax.host.answer|nil, string|nil,
 ---limax.host.http_problem|nil

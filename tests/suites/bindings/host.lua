@@ -237,6 +237,12 @@ suite:test("hashes give the published values, for any bytes", function(t)
   t:equal(host.sha256(("\200\255"):rep(40)),
     "6ccbd65b742b108a0a9de98e4fb8982ce94aa0f1f4f183c8f8f1d7a983db0f7e")
   t:equal(host.xxh3 "", "2d06800538d394c2")
+  -- RFC 4231, cases 2 and 6; the second key is longer than a block
+  t:equal(host.hmac_sha256("Jefe", "what do ya want for nothing?"),
+    "5bdcc146bf60754e6a042426089575c75a003f089d2739839dec58b964ec3843")
+  t:equal(host.hmac_sha256(("\170"):rep(131),
+    "Test Using Larger Than Block-Size Key - Hash Key First"),
+    "60e431591ee0b67f0d8a26aacbf5b77f8e0bc6213728c5140546040f0ee37f54")
 end)
 
 suite:test("a locale with a decimal comma changes no number", function(t)
