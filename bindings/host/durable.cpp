@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <system_error>
 
@@ -97,6 +98,26 @@ void replace(const std::string& path, std::string_view text) {
         throw;
     }
     sync_path(folder_of(path), O_DIRECTORY);
+}
+
+bool create_private(const std::string& path, std::string_view text) {
+    const std::string name = path.substr(path.find_last_of('/') + 1);
+    std::string part = folder_of(path) + "/." + name + ".XXXXXX";
+    const descriptor file(mkostemp(part.data(), O_CLOEXEC));
+    if (!file.fine()) fail("create", path);
+    try {
+        write_all(file, text, path);
+        if (persist([&] { return fsync(file.get()); }) != 0) fail("sync", path);
+        // unlike a rename, it replaces nothing
+        const bool created = link(part.c_str(), path.c_str()) == 0;
+        if (!created && errno != EEXIST) fail("create", path);
+        unlink(part.c_str());
+        if (created) sync_path(folder_of(path), O_DIRECTORY);
+        return created;
+    } catch (const failure&) {
+        unlink(part.c_str());
+        throw;
+    }
 }
 
 void append(const std::string& path, std::string_view text, mode_t mode) {

@@ -62,6 +62,10 @@ void write_atomic(const std::string& path, std::string_view text);
 // Writes completely or not at all. A link of this name is replaced, not followed.
 void replace(const std::string& path, std::string_view text);
 
+// Creates a file that only its owner can access, completely or not at all. Of processes that start
+// together one creates it: false where a file, or a link, of this name exists.
+bool create_private(const std::string& path, std::string_view text);
+
 // Appends whole lines with one write; `mode` is for a file that it creates. A part that a full disk
 // accepted is removed again.
 void append(const std::string& path, std::string_view text, mode_t mode);

@@ -40,6 +40,11 @@ int lua_read_private(lua_State* L) {
     return push(L, text);
 }
 
+// create_private(path, text): true; false where the name exists
+int lua_create_private(lua_State* L) {
+    return push(L, create_private(path_argument(L, 1), text_argument(L, 2)));
+}
+
 int lua_write_atomic(lua_State* L) {
     write_atomic(path_argument(L, 1), text_argument(L, 2));
     return push(L, true);
@@ -179,6 +184,7 @@ void open_files(lua_State* L) {
     add_function<lua_mkdir>(L, "mkdir");
     add_function<lua_exists>(L, "exists");
     add_function<lua_list>(L, "list");
+    add_function<lua_create_private>(L, "create_private");
     add_function<lua_read_private>(L, "read_private");
     add_function<lua_truncate>(L, "truncate");
     add_function<lua_remove>(L, "remove");

@@ -42,6 +42,8 @@
 ---@field exists fun(path: string, of_link?: boolean): "file"|"folder"|"other"|nil a link counts as
 --- what it refers to, or with `of_link` as "other", like pipes and devices
 ---@field list fun(path: string): string[]|nil, string|nil sorted names
+---@field create_private fun(path: string, text: string): boolean|nil, string|nil a new file that only
+--- this user can access, complete or not at all; false where the name exists
 ---@field read_private fun(path: string): string|nil, string|nil if only this user can access it
 ---@field truncate fun(path: string, size: integer): true|nil, string|nil
 ---@field remove fun(path: string): true|nil, string|nil a file or an empty folder

@@ -189,6 +189,32 @@ suite:test("files are written atomically, extended by lines, and locked", functi
   t:ok(file.lock(folder)):free()
 end)
 
+suite:test("of processes that create a private file together one does, and all agree", function(t)
+  local folder, file = t:folder(), host.file
+  local path = folder .. "/key"
+  process.write(folder .. "/create.lua", [[
+local host = require "limax.host"
+local text = arg[1]:rep(1000)
+repeat until host.clock() > tonumber(arg[2])
+print(host.file.create_private("key", text), host.file.read_private "key")
+]])
+  local pipes, created, agreed = {}, 0, true
+  for k = 1, 8 do
+    pipes[k] = io.popen(("cd %s && %s create.lua %d %.3f 2>&1"):format(process.quote(folder),
+      process.quote(host.executable), k, host.clock() + 0.3))
+  end
+  for k, pipe in ipairs(pipes) do
+    local won, text = pipe:read "*a":match "^(%l+)\t(%d+)\n$"
+    pipe:close()
+    agreed = agreed and text == file.read_private(path)
+    if won == "true" then created = created + (text == tostring(k):rep(1000) and 1 or 2) end
+  end
+  t:equal({ created, agreed, file.list(folder) }, { 1, true, { "create.lua", "key" } })
+  -- the name of a link is taken too, and nothing is written through it
+  os.execute(("ln -s aim %s/link"):format(folder))
+  t:equal({ file.create_private(folder .. "/link", "x"), file.exists(folder .. "/aim") }, { false })
+end)
+
 suite:test("a writer works asynchronously and in order until a job fails", function(t)
   local folder, writer = t:folder(), host.file.writer()
   local path = folder .. "/rows"
