@@ -20,6 +20,16 @@ int open_path(const std::string& path, int flags, mode_t mode) {
     return persist([&] { return open(path.c_str(), flags | O_CLOEXEC, mode); });
 }
 
+descriptor open_own(const std::string& path, int flags) {
+    descriptor file(open_path(path, flags | O_NOFOLLOW));
+    if (!file.fine() && errno == ELOOP) throw failure(path + " is a link");
+    if (!file.fine()) fail("open", path);
+    struct stat found {};
+    if (fstat(file.get(), &found) != 0) fail("look at", path);
+    if (!S_ISREG(found.st_mode)) throw failure(path + " is not a regular file");
+    return file;
+}
+
 std::string folder_of(const std::string& path) {
     const std::string folder = std::filesystem::path(path).parent_path().string();
     return folder.empty() ? "." : folder;

@@ -30,6 +30,7 @@ public:
     }
     descriptor(const descriptor&) = delete;
     descriptor& operator=(const descriptor&) = delete;
+    descriptor(descriptor&& from) noexcept : number_(from.release()) {}
 
     bool fine() const { return number_ >= 0; }
     int get() const { return number_; }
@@ -49,6 +50,10 @@ auto persist(call&& try_once) {
 }
 
 int open_path(const std::string& path, int flags, mode_t mode = file_mode);
+
+// An open regular file that is no link, for files whose folder may come from somebody else; throws
+// where it is something else.
+descriptor open_own(const std::string& path, int flags);
 
 // ".", "/" or the part before the last slash.
 std::string folder_of(const std::string& path);

@@ -137,35 +137,58 @@ int lock_free(lua_State* L) {
     return 0;
 }
 
-// An open and locked file; -1 and errno where it cannot be locked
-int open_locked(const std::string& path, int flags) {
-    descriptor file(open_path(path, flags));
-    if (!file.fine()) fail("open", path);
-    if (flock(file.get(), LOCK_EX | LOCK_NB) == 0) return file.release();
-    const int problem = errno;
-    close(file.release());
-    errno = problem;
-    return -1;
+// The whole of a file, for fcntl.
+struct flock whole_file() {
+    struct flock whole {};
+    whole.l_type = F_WRLCK;
+    whole.l_whence = SEEK_SET;
+    return whole;
 }
 
-// lock(path): locks a folder or a file (created if missing) for this process. NFS locks only what
-// is open for writing: for a folder there, a file in it.
+[[noreturn]] void fail_lock(const std::string& path) {
+    if (errno == EAGAIN || errno == EACCES) throw failure(path + " is in use by another process");
+    if (errno == ENOLCK || errno == ENOSYS || errno == EOPNOTSUPP)
+        throw failure("cannot lock " + path + ": its file system has no locks");
+    fail("lock", path);
+}
+
+// Locks a regular file. The lock belongs to the descriptor and ends with it; anybody who may read
+// the file can ask about it. `what` is the name in messages.
+int lock_file(const std::string& path, const std::string& what) {
+    descriptor file(open_own(path, O_RDWR | O_CREAT));
+    struct flock whole = whole_file();
+    if (fcntl(file.get(), F_OFD_SETLK, &whole) != 0) fail_lock(what);
+    return file.release();
+}
+
+// Locks a folder, or where those cannot be locked, as on NFS, a file in it.
+int lock_folder(const std::string& path) {
+    descriptor folder(open_path(path, O_RDONLY));
+    if (!folder.fine()) fail("open", path);
+    if (flock(folder.get(), LOCK_EX | LOCK_NB) == 0) return folder.release();
+    if (errno != EBADF) fail_lock(path);
+    return lock_file(path + "/.lock", path);
+}
+
+// lock(path): locks a folder or a regular file (created if missing) for this process.
 int lua_lock(lua_State* L) {
     const std::string path = path_argument(L, 1);
     std::error_code ignored;
-    const bool is_folder = fs::is_directory(path, ignored);
-    int locked = open_locked(path, is_folder ? O_RDONLY : O_RDWR | O_CREAT);
-    if (locked < 0 && errno == EBADF && is_folder)
-        locked = open_locked(path + "/.lock", O_RDWR | O_CREAT);
-    if (locked < 0) {
-        if (errno == EWOULDBLOCK) throw failure(path + " is in use by another process");
-        fail("lock", path);
-    }
+    const int locked = fs::is_directory(path, ignored) ? lock_folder(path) : lock_file(path, path);
     auto* const held = static_cast<int*>(lua_newuserdata(L, sizeof(int)));
     *held = locked;
     luaL_getmetatable(L, lock_type);
     lua_setmetatable(L, -2);
     return 1;
+}
+
+// is_locked(path): has a process, maybe this one, locked this regular file?
+int lua_is_locked(lua_State* L) {
+    const std::string path = path_argument(L, 1);
+    const descriptor file(open_own(path, O_RDONLY | O_NONBLOCK));
+    struct flock whole = whole_file();
+    if (fcntl(file.get(), F_OFD_GETLK, &whole) != 0) fail_lock(path);
+    return push(L, whole.l_type != F_UNLCK);
 }
 
 }  // namespace
@@ -191,6 +214,7 @@ void open_files(lua_State* L) {
     add_function<lua_rename>(L, "rename");
     add_function<lua_absolute>(L, "absolute");
     add_function<lua_lock>(L, "lock");
+    add_function<lua_is_locked>(L, "is_locked");
     add_writer(L);
     lua_setfield(L, -2, "file");
 }

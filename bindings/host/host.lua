@@ -42,14 +42,17 @@
 ---@field exists fun(path: string, of_link?: boolean): "file"|"folder"|"other"|nil a link counts as
 --- what it refers to, or with `of_link` as "other", like pipes and devices
 ---@field list fun(path: string): string[]|nil, string|nil sorted names
----@field create_private fun(path: string, text: string): boolean|nil, string|nil a new file that only
---- this user can access, complete or not at all; false where the name exists
+---@field create_private fun(path: string, text: string): boolean|nil, string|nil a new file that
+--- only this user can access, complete or not at all; false where the name exists
 ---@field read_private fun(path: string): string|nil, string|nil if only this user can access it
 ---@field truncate fun(path: string, size: integer): true|nil, string|nil
 ---@field remove fun(path: string): true|nil, string|nil a file or an empty folder
 ---@field rename fun(from: string, to: string): true|nil, string|nil
 ---@field absolute fun(path: string): string
----@field lock fun(path: string): limax.host.lock|nil, string|nil locks a file or folder
+---@field lock fun(path: string): limax.host.lock|nil, string|nil locks a folder or a regular file,
+--- created if missing, until it is freed or this process ends
+---@field is_locked fun(path: string): boolean|nil, string|nil has a process locked this regular
+--- file? Needs only the right to read it
 ---@field writer fun(): limax.host.writer
 
 ---@class limax.host.signal

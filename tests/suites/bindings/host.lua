@@ -189,6 +189,35 @@ suite:test("files are written atomically, extended by lines, and locked", functi
   t:ok(file.lock(folder)):free()
 end)
 
+suite:test("a file is locked by one process at most, which a reader sees", function(t)
+  local folder, file = t:folder(), host.file
+  local path = folder .. "/journal"
+  process.write(path, "text\n")
+  process.write(folder .. "/ask.lua", 'local file = require("limax.host").file\n'
+    .. 'print(file.is_locked "journal", select(2, file.lock "journal"))\n')
+  local function ask() return select(2, process.run(folder, { "ask.lua" })) end
+  t:equal(file.is_locked(path), false)
+  local lock = t:ok(file.lock(path))
+  -- a process that this one starts does not keep the lock
+  local child = io.popen("cat >/dev/null", "w")
+  t:equal({ file.is_locked(path), ask() }, { true, "true\tjournal is in use by another process\n" })
+  lock:free()
+  t:equal({ file.is_locked(path), ask(), process.read(path) }, { false, "false\n", "text\n" })
+  -- it ends with its process, however that ends
+  process.script(folder, 'require("limax.host").file.lock "journal" os.execute("kill -9 $PPID")')
+  t:equal(file.is_locked(path), false)
+  os.execute(("ln -s journal %s/link; mkfifo %s/pipe"):format(folder, folder))
+  for name, expected in pairs { link = " is a link", pipe = " is not a regular file",
+    journal = false } do
+    local _, message = file.is_locked(folder .. "/" .. name)
+    t:equal(message, expected and folder .. "/" .. name .. expected or nil)
+    if expected then
+      t:equal({ file.lock(folder .. "/" .. name) }, { nil, folder .. "/" .. name .. expected })
+    end
+  end
+  child:close()
+end)
+
 suite:test("of processes that create a private file together one does, and all agree", function(t)
   local folder, file = t:folder(), host.file
   local path = folder .. "/key"
