@@ -61,6 +61,21 @@ std::string temporary_beside(const std::string& path) {
            std::to_string(++serial) + ".part";
 }
 
+// Appends with one write, on disk when it returns.
+void append_to(const descriptor& file, const std::string& path, std::string_view text) {
+    const off_t before = lseek(file.get(), 0, SEEK_END);
+    const ssize_t written = persist([&] { return write(file.get(), text.data(), text.size()); });
+    if (written != static_cast<ssize_t>(text.size())) {
+        const int reason = written < 0 ? errno : ENOSPC;
+        if (written > 0 && before >= 0 && ftruncate(file.get(), before) != 0)
+            fail("remove a part of a line from", path);
+        errno = reason;
+        fail("append to", path);
+    }
+    // EINVAL: a pipe or a device
+    if (persist([&] { return fdatasync(file.get()); }) != 0 && errno != EINVAL) fail("sync", path);
+}
+
 // The file to replace: for a link its target, so that the link stays.
 std::string target_of(const std::string& path) {
     std::error_code problem;
@@ -134,17 +149,13 @@ void append(const std::string& path, std::string_view text, mode_t mode) {
     const bool created = access(path.c_str(), F_OK) != 0;
     const descriptor file(open_path(path, O_WRONLY | O_APPEND | O_CREAT, mode));
     if (!file.fine()) fail("open", path);
-    const off_t before = lseek(file.get(), 0, SEEK_END);
-    const ssize_t written = persist([&] { return write(file.get(), text.data(), text.size()); });
-    if (written != static_cast<ssize_t>(text.size())) {
-        const int reason = written < 0 ? errno : ENOSPC;
-        if (written > 0 && before >= 0 && ftruncate(file.get(), before) != 0)
-            fail("remove a part of a line from", path);
-        errno = reason;
-        fail("append to", path);
-    }
-    // EINVAL: a pipe or a device
-    if (persist([&] { return fdatasync(file.get()); }) != 0 && errno != EINVAL) fail("sync", path);
+    append_to(file, path, text);
+    if (created) sync_path(folder_of(path), O_DIRECTORY);
+}
+
+void append_own(const std::string& path, std::string_view text) {
+    const bool created = access(path.c_str(), F_OK) != 0;
+    append_to(open_own(path, O_WRONLY | O_APPEND | O_CREAT), path, text);
     if (created) sync_path(folder_of(path), O_DIRECTORY);
 }
 

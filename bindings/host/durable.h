@@ -74,9 +74,8 @@ bool create_private(const std::string& path, std::string_view text);
 // Appends whole lines with one write; `mode` is for a file that it creates. A part that a full disk
 // accepted is removed again.
 void append(const std::string& path, std::string_view text, mode_t mode);
-inline void append_lines(const std::string& path, std::string_view text) {
-    append(path, text, file_mode);
-}
+// The same, but refuses links.
+void append_own(const std::string& path, std::string_view text);
 
 // A string argument that ends in a line break.
 inline std::string_view lines_argument(lua_State* L, int index) {

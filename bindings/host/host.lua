@@ -16,16 +16,19 @@
 ---@class limax.host.lock
 ---@field free fun(self: limax.host.lock)
 
--- Writes files asynchronously and in order, until one fails. Jobs count from 1.
+-- Writes files asynchronously and in order, until one fails: a job that is done implies all before
+-- it. Jobs count from 1. `write`, `write_array` and `append` return the number of the job, and size
+-- and XXH3 of its bytes.
 ---@class limax.host.writer
----@field write fun(self: limax.host.writer, path: string, text: string): integer number of the job;
+---@field write fun(self: limax.host.writer, path: string, text: string): integer, integer, string
 --- complete or not at all
 ---@field array fun(self: limax.host.writer, bytes: integer): lightuserdata memory for the caller to
 --- fill, and then to write with `write_array`
----@field write_array fun(self: limax.host.writer, path: string): integer
+---@field write_array fun(self: limax.host.writer, path: string): integer, integer, string
 ---@field write_lines fun(self: limax.host.writer, path: string, npy: string): integer the lines of
 --- rows, which the writer makes
----@field append fun(self: limax.host.writer, path: string, text: string): integer whole lines
+---@field append fun(self: limax.host.writer, path: string, text: string): integer, integer, string
+--- whole lines; not through a link
 ---@field append_hashes fun(self: limax.host.writer, path: string, line: string): integer a sealed
 --- line, in which the hashes of the lines and of the array before replace 16 ? and 16 !
 ---@field remove fun(self: limax.host.writer, path: string): integer a file, which may be missing

@@ -90,15 +90,13 @@ public:
         return std::exchange(spare_, {});
     }
 
-    // Memory of so many bytes for the file that `add_array` then writes.
+    // Memory of so many bytes, which `take_array` returns.
     char* array(std::size_t bytes) {
         array_ = memory();
         array_.resize(bytes);
         return array_.data();
     }
-    std::uint64_t add_array(std::string path) {
-        return add({std::move(path), std::exchange(array_, {}), task::write_array});
-    }
+    std::string take_array() { return std::exchange(array_, {}); }
 
     // Waits until so many jobs are on disk or one has failed; returns its message.
     std::string wait(std::uint64_t count) {
@@ -124,9 +122,9 @@ private:
             case task::write_array:
                 array_hash_ = xxh3(next.bytes);
                 return replace(next.path, next.bytes);
-            case task::append: return append_lines(next.path, next.bytes);
+            case task::append: return append_own(next.path, next.bytes);
             case task::append_hashes:
-                return append_lines(next.path, completed(next.bytes, lines_hash_, array_hash_));
+                return append_own(next.path, completed(next.bytes, lines_hash_, array_hash_));
             case task::write_lines: {
                 const std::string text = lines_of_rows(next.bytes);
                 lines_hash_ = xxh3(text);
@@ -177,9 +175,19 @@ writer& writer_argument(lua_State* L) {
     return *static_cast<writer*>(luaL_checkudata(L, 1, writer_type));
 }
 
+// Adds a job; returns its number, and size and hash of its bytes, which are hashed here, where they
+// are made.
+int add_hashed(lua_State* L, job next) {
+    const std::size_t size = next.bytes.size();
+    const std::string hash = xxh3(next.bytes);
+    push(L, writer_argument(L).add(std::move(next)));
+    push(L, size);
+    push(L, hash);
+    return 3;
+}
+
 int lua_write(lua_State* L) {
-    return push(L, writer_argument(L).add(
-                       {path_argument(L, 2), std::string(text_argument(L, 3)), task::write}));
+    return add_hashed(L, {path_argument(L, 2), std::string(text_argument(L, 3)), task::write});
 }
 
 int lua_array(lua_State* L) {
@@ -190,7 +198,7 @@ int lua_array(lua_State* L) {
 }
 
 int lua_write_array(lua_State* L) {
-    return push(L, writer_argument(L).add_array(path_argument(L, 2)));
+    return add_hashed(L, {path_argument(L, 2), writer_argument(L).take_array(), task::write_array});
 }
 
 int lua_write_lines(lua_State* L) {
@@ -199,8 +207,7 @@ int lua_write_lines(lua_State* L) {
 }
 
 int lua_append(lua_State* L) {
-    return push(L, writer_argument(L).add(
-                       {path_argument(L, 2), std::string(lines_argument(L, 3)), task::append}));
+    return add_hashed(L, {path_argument(L, 2), std::string(lines_argument(L, 3)), task::append});
 }
 
 int lua_append_hashes(lua_State* L) {

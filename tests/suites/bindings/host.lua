@@ -251,7 +251,7 @@ suite:test("a writer works asynchronously and in order until a job fails", funct
   t:equal(writer:done(), 0)
   t:equal({ writer:wait() }, { true })
   ffi.copy(ffi.cast("char *", writer:array(12)), numbers, 12)
-  t:equal(writer:write_array(path), 1)
+  t:equal({ writer:write_array(path) }, { 1, 12, host.xxh3(ffi.string(numbers, 12)) })
   for k = 2, 200 do t:equal(writer:append(folder .. "/lines", ("line %d\n"):format(k)), k) end
   collectgarbage()
   t:ok(writer:wait(1))
@@ -263,7 +263,7 @@ suite:test("a writer works asynchronously and in order until a job fails", funct
   t:equal(process.read(folder .. "/lines"), table.concat(lines))
 
   -- nothing is written after a failure
-  writer:write(path, "before")
+  t:equal({ writer:write(path, "before") }, { 201, 6, host.xxh3 "before" })
   writer:write(folder .. "/no/x", "x")
   writer:append(folder .. "/lines", "after\n")
   local expected = ("cannot create %s/no/x: No such file or directory"):format(folder)
@@ -277,6 +277,12 @@ suite:test("a writer works asynchronously and in order until a job fails", funct
   t:raises("whole lines", function() writer:append(path, "half") end)
   t:raises("there is no such job", function() writer:wait(205) end)
   t:raises("a size in bytes", function() writer:array(-1) end)
+
+  writer = host.file.writer()
+  os.execute(("ln -s rows %s/link"):format(folder))
+  t:equal({ writer:append(folder .. "/link", "x\n") }, { 1, 2, host.xxh3 "x\n" })
+  t:equal({ writer:wait() }, { nil, folder .. "/link is a link" })
+  host.file.remove(folder .. "/link")
 
   -- jobs are finished without a wait
   writer = host.file.writer()
