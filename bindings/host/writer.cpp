@@ -32,19 +32,17 @@ struct job {
     task what;
 };
 
-// Puts the hashes of what was written before it into a sealed line whose writer did not know them,
-// and seals the line again.
+// Puts the hashes of what was written before it into a line of sealed.lua whose writer did not know
+// them, and seals the line again.
 std::string completed(const std::string& line, const std::string& lines, const std::string& array) {
-    const std::string_view end = "}\n", seal = ",\"hash\":\"\"";
+    const std::string_view opening = "{\"hash\":\"";
     constexpr std::size_t digits = 16;
-    std::string text = line.substr(0, line.size() - end.size() - seal.size() - digits);
+    const std::size_t first = opening.size() + digits + 1;
+    std::string rest = line.substr(first, line.size() - 1 - first);
     for (const auto& [letter, hash] : {std::pair('?', lines), std::pair('!', array)})
-        if (const std::size_t at = text.find(std::string(digits, letter)); at != text.npos)
-            text.replace(at, digits, hash);
-    text += end;
-    const std::string own = xxh3(text);
-    text.resize(text.size() - end.size());
-    return text + ",\"hash\":\"" + own + "\"}\n";
+        if (const std::size_t at = rest.find(std::string(digits, letter)); at != rest.npos)
+            rest.replace(at, digits, hash);
+    return std::string(opening) + xxh3(rest) + '"' + rest + '\n';
 }
 
 class writer {
@@ -212,7 +210,8 @@ int lua_append(lua_State* L) {
 
 int lua_append_hashes(lua_State* L) {
     const std::string_view line = lines_argument(L, 3);
-    luaL_argcheck(L, line.ends_with("\"}\n") && line.size() > 30, 3, "expected a sealed line");
+    luaL_argcheck(L, line.starts_with("{\"hash\":\"") && line.size() > 30, 3,
+                  "expected a sealed line");
     return push(
         L, writer_argument(L).add({path_argument(L, 2), std::string(line), task::append_hashes}));
 }
