@@ -6,13 +6,13 @@ local host = require "limax.host"
 local names = require "limax.tools.repl.names"
 local output = require "limax.base.output"
 local session = require "limax.tools.repl.session"
+local user_folder = require "limax.base.user_folder"
 require "limax.tools.repl.words"
 
 -- The start-up file, if it exists.
 local function startup_file()
-  local config, home = os.getenv "XDG_CONFIG_HOME", os.getenv "HOME"
-  local folder = config and config:sub(1, 1) == "/" and config or home and home .. "/.config"
-  local path = folder and folder .. "/limax/repl.lua"
+  local folder = user_folder "XDG_CONFIG_HOME"
+  local path = folder and folder .. "/repl.lua"
   return path and host.file.exists(path) == "file" and path or nil
 end
 

@@ -9,8 +9,9 @@ local suite = require("limax.test").suite "repl"
 -- The output of `limax repl` with these words without a terminal, and its status.
 local function run(folder, words, input, environment)
   process.write(folder .. "/input", input or "")
-  local pipe = io.popen(("cd %s; HOME=. XDG_CONFIG_HOME= %s %s repl %s <input 2>&1; echo status $?")
-    :format(process.quote(folder), environment or "", process.quote(host.executable), words))
+  local pipe = io.popen(('cd %s; HOME="$PWD" XDG_CONFIG_HOME= %s %s repl %s <input 2>&1; '
+    .. 'echo status $?'):format(process.quote(folder), environment or "",
+    process.quote(host.executable), words))
   local output = pipe:read "*a"
   pipe:close()
   return output

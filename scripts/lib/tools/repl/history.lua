@@ -5,6 +5,7 @@
 local host = require "limax.host"
 local output = require "limax.base.output"
 local source = require "limax.base.source"
+local user_folder = require "limax.base.user_folder"
 
 local history = {}
 
@@ -28,18 +29,15 @@ end
 
 --- The entries of earlier sessions of this user, oldest first.
 function history.open()
-  local state, home = os.getenv "XDG_STATE_HOME", os.getenv "HOME"
-  -- the XDG Base Directory Specification ignores relative paths
-  local folder = state and state:sub(1, 1) == "/" and state
-    or home and home ~= "" and home .. "/.local/state"
-  check(folder, "neither $XDG_STATE_HOME nor $HOME is set")
+  local folder, message = user_folder "XDG_STATE_HOME"
+  check(folder, message)
   if not folder then return {} end
-  path = folder .. "/limax/history"
-  check(host.file.mkdir(folder .. "/limax"))
+  path = folder .. "/history"
+  check(host.file.mkdir(folder))
   local entries = {}
   if not path or not host.file.exists(path) then return entries end
-  local text, message = source.read(path)
-  check(text, message)
+  local text, unreadable = source.read(path)
+  check(text, unreadable)
   for line in (text or ""):gmatch "[^\n]+" do entries[#entries + 1] = decode(line) end
   return entries
 end
