@@ -20,6 +20,7 @@ local record = require "limax.evolution.record"
 local runs = require "limax.evolution.run"
 local select = require "limax.evolution.select"
 local state = require "limax.run.state"
+local step_check = require "limax.evolution.step_check"
 local supervision = require "limax.supervise.supervision"
 
 local Run = runs.methods
@@ -122,7 +123,10 @@ local function finish_generation(run, robots, choice)
     mating.check_unchanged(robots, metrics.rank(robots.records), "the loop")
   end
   local last, line = run.history[#run.history], nil
-  if not last or last.generation < robots.generation then line = record.enter(run, robots) end
+  if not last or last.generation < robots.generation then
+    step_check.look(run, robots)
+    line = record.enter(run, robots)
+  end
   run.world.state = state.copy(run.world.state)
   -- what was scored is on disk before a language model is asked, and whatever breeding raises
   local function write()

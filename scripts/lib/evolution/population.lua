@@ -27,7 +27,6 @@ local together = require "limax.evolution.together"
 ---@field trials fun(generation: integer): limax.trial[] at least one (experiment/trials.lua)
 ---@field device limax.device
 ---@field fitness limax.fitness the experiment's
----@field fidelity limax.fidelity|nil
 ---@field is_divided boolean do ranks divide the robots among themselves (division.lua)?
 ---@field first_materials limax.materials those of generation 0
 ---@field first_step number s, limit of the time step for a full body of these
@@ -272,33 +271,6 @@ local function call_fitness(robots, law, wanted)
   scoring.judge(failures, robots.records, robots.generation, world.say)
 end
 
--- Replaces the scores of some robots by those under the options of world.fidelity.
-local function replace_scores(robots, law, mask)
-  local world, began, all, first = robots.world, host.clock(), robots.columns, {}
-  robots.slices = nil
-  local own = world.is_divided and division.own(robots, mask) or mask
-  local simulations =
-    simulations_of(robots, own, robots.materials, world.fidelity:options(robots))
-  world.advance(simulations, world.on_progress)
-  for i = 1, #robots do
-    if mask[i] then
-      first[i] = all.fitness[i]
-      all:forget_score(i)
-    end
-  end
-  all:settle(simulations, own, world.config.trials ~= nil)
-  for i, fitness_before in pairs(first) do
-    all.first_fitness[i] = fitness_before
-    robots.contexts:forget(i)
-    robots.contexts:simulate(i, own[i] and simulations or nil)
-    robots[i] = scored_robot.of_row(robots.records[i], robots.contexts)
-  end
-  for _, simulation in ipairs(simulations) do table.insert(robots.simulations, simulation) end
-  robots.timing.simulate = robots.timing.simulate + host.clock() - began
-  call_fitness(robots, law, own)
-  for i, fitness_before in pairs(first) do all.first_fitness[i] = fitness_before end
-end
-
 --- Scores every robot that ended well: by the experiment's fitness, or by another one. Elites and
 --- robots read from a run folder keep a valid score.
 ---@param with? string|table|fun(robot: table): number, number[]?
@@ -322,9 +294,6 @@ function Population:score(with)
     if wanted[i] then self.columns:set_status(i) end
   end
   call_fitness(self, law, wanted)
-  if world.fidelity and self.simulated then
-    world.fidelity:improve(self, function(mask) replace_scores(self, law, mask) end)
-  end
   local began = host.clock()
   check_trials_read(self, law, wanted)
   self.ranked = metrics.rank(self.records)

@@ -40,9 +40,7 @@ local function standard_score(run, robots)
   end
   local mask = {}
   for i = 1, #robots do mask[i] = i == best end
-  local options = champion.first_fitness and world.fidelity and world.fidelity:options(robots)
-  local again, simulations =
-    population.simulate_again(robots, mask, world.first_materials, options or nil)
+  local again, simulations = population.simulate_again(robots, mask, world.first_materials)
   local score
   if again[best].status == "done" then
     score = scoring.call(robots.scored_by.call, again[best], state.copy(world.state))
@@ -226,8 +224,6 @@ function record.read(run, folder)
         own_lines:ledger(repetition, generation))
     end
   end
-  local newest = run.history[#run.history]
-  if run.world.fidelity and newest and newest.rescored then run.world.fidelity.on = true end
   if run.upcoming then check_measured(run) end
   if run.upcoming and run.world.archive then
     run.world.archive:restore(folder, run.upcoming.generation, run.encoding.genes)

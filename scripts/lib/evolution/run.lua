@@ -7,7 +7,6 @@ local encodings = require "limax.encoding"
 local engine = require "limax.engine"
 local exchange = require "limax.base.exchange"
 local fault = require "limax.engine.fault"
-local fidelity = require "limax.evolution.fidelity"
 local failure = require "limax.base.failure"
 local full_body = require "limax.robot.full_body"
 local ledger = require "limax.supervise.ledger"
@@ -127,7 +126,7 @@ function run.new(experiment, options)
   ---@type limax.world
   local world = { config = config, scene = engine.scene(config.scene),
     options = settings.engine_options(config.simulation, config.record), device = device,
-    is_divided = exchange.count > 1, fidelity = fidelity.of(config),
+    is_divided = exchange.count > 1,
     trials = experiment.trials:of(repetition), advance = options.wait or together.finish,
     fitness = experiment.fitness, first_materials = first,
     measured = experiment.measured, archive = experiment.archive

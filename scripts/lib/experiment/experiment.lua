@@ -137,7 +137,6 @@ local rules = schema.fields {
   generations = schema.number(fields.experiment.generations),
   evaluations = evaluations,
   repetitions = schema.number(fields.experiment.repetitions),
-  rescore = settings.optional(schema.choice(settings.rescores)),
   islands = island_rules.check,
   breeding = with(rules_of(fields.breeding), {}),
   fitness = anything,
@@ -308,7 +307,7 @@ end
 
 --- Checks and resolves an experiment. Errors raise at the caller's line, with exit status 2.
 --- Fields: name, lattice, materials, seed, genome, scene, simulation, record, population,
---- generations, evaluations, repetitions, rescore, islands, breeding, fitness (the one without a
+--- generations, evaluations, repetitions, islands, breeding, fitness (the one without a
 --- default), selection, survival, archive, state, trials, supervisor, supervision, not_in_paper.
 ---@param spec table
 ---@return limax.experiment

@@ -27,8 +27,8 @@ Columns.__index = Columns
 local columns = {}
 
 -- What a simulation and a fitness give, and the rest.
-local OF_SCORE = { "fitness", "first_fitness", "cases", "measures", "descriptors", "objectives",
-  "novelty", "status", "reason" }
+local OF_SCORE = { "fitness", "cases", "measures", "descriptors", "objectives", "novelty",
+  "status", "reason" }
 local OTHERS = { "id", "generation", "origin", "island", "age", "step_size" }
 local SIZE = ffi.sizeof "limax_outcome"
 local DONE = names.robot_status.value.done
@@ -358,7 +358,6 @@ function Columns:pack()
   add(self.bodies:fields(escaped))
   lists "cases"
   lists "descriptors"
-  numbers("first_fitness", "<f8")
   numbers("fitness", "<f8")
   numbers("generation", "<i8")
   numbers("id", "<i8")

@@ -52,10 +52,7 @@ function contexts.of(robots)
   return setmetatable({ have_trials = robots.world.config.trials ~= nil, simulated = {} }, {
     __index = function(self, i)
       if type(i) == "string" then return Contexts[i] end
-      -- a robot with a finer score (evolution/fidelity.lua)
-      local fidelity = robots.records[i].first_fitness and robots.world.fidelity
-      local context = contexts.of_robot(robots, i, self.simulated[i], nil,
-        fidelity and fidelity:options(robots))
+      local context = contexts.of_robot(robots, i, self.simulated[i])
       for _, each in ipairs { context, unpack(context.trials or {}) } do
         setmetatable(each, robots.on_disk)
       end
@@ -77,8 +74,5 @@ function Contexts:simulate(i, simulations)
   end
   context.simulation = simulations and simulations[1]
 end
-
---- Forgets where the record of robot i came from: it is simulated again.
-function Contexts:forget(i) rawset(self, i, nil) end
 
 return contexts

@@ -45,7 +45,6 @@ local ALWAYS_KEPT = { repetition = true, generation = true, best = true, best_st
 --- number } with an archive
 ---@field front? { size: integer, hypervolume?: number } of the archive or the population, with
 --- objectives
----@field rescored? integer robots with a score of a finer tier (field `rescore`)
 ---@field novelty? { champion: number, mean: number, least: number, most: number } with a novelty
 --- archive
 ---@field age? { champion: integer, mean: number, least: integer, most: integer } with the survival

@@ -44,13 +44,6 @@ local function count_problems(all)
   return failed, coarse
 end
 
--- Number of robots that were scored again; nil if none was.
-local function rescored(all)
-  local count = 0
-  for i = 1, all.count do count = count + (all.first_fitness[i] and 1 or 0) end
-  return count > 0 and count or nil
-end
-
 -- Of a number that records or their measures have: the champion's, and mean, least and most over
 -- the scored robots that have it. nil if none has it.
 local function spread(records, champion, name, of)
@@ -120,7 +113,6 @@ function metrics.measure(population)
     scored = #ranked,
     failed = failed,
     coarse = coarse,
-    rescored = rescored(population.columns),
     diversity = without_nan(diversity.measure(population.engine, ranked, population.materials)),
     measures = measures_of(records, champion),
     islands = islands_of(records),

@@ -126,8 +126,7 @@ local rules = {
     record = required(complete(settings.record)), fitness = required(choice),
     selection = required(choice), survival = choice, state = choice, islands = schema.table,
     trials = schema.table, archive = choice,
-    record_population = schema.choice { "columns", "best" }, rescore = schema.choice(
-      settings.rescores),
+    record_population = schema.choice { "columns", "best" },
     supervisor = required(choice),
     not_in_paper = list(text, "a list of texts"),
     run = required(record {
@@ -153,7 +152,7 @@ local rules = {
   metrics = line("metrics", {
     best = required(number), best_standard = number, mean = required(number),
     median = required(number), worst = required(number), scored = required(count),
-    evaluations = required(count), coarse = required(count), rescored = count,
+    evaluations = required(count), coarse = required(count),
     quantiles = required(record { q10 = required(number), q25 = required(number),
       q50 = required(number), q75 = required(number), q90 = required(number) }),
     failed = required(record { invalid = required(count), diverged = required(count),
@@ -200,7 +199,7 @@ local rules = {
     origin = required(schema.choice { "initial", "bred", "elite" }), island = count,
     status = required(schema.choice { "done", "invalid", "diverged", "failed" }), reason = text,
     step_size = finite,
-    fitness = finite, first_fitness = finite, cases = list(finite, "a list of numbers"),
+    fitness = finite, cases = list(finite, "a list of numbers"),
     measures = map(finite),
     descriptors = list(finite, "a list of numbers"), objectives = list(finite, "a list of numbers"),
     novelty = finite, age = count,

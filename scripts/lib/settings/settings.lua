@@ -64,10 +64,6 @@ settings.names = {}
 for name in pairs(rules) do table.insert(settings.names, name) end
 table.sort(settings.names)
 
---- What the field `rescore` of an experiment may name: a tier under which the best robots are
---- scored again (evolution/fidelity.lua). Without it that is done where scores depend on the step.
-settings.rescores = { "publish", "reference", "never" }
-
 --- The rules of the fields that a trial may replace: those of `simulation` but how bodies are made.
 settings.of_trial = {}
 for name, rule in pairs(rules) do

@@ -60,7 +60,7 @@ end)
 
 suite:test("one note names all functions, and resume repeats it", function(t)
   local function spec(generations)
-    return evolution.small { generations = generations, rescore = "never",
+    return evolution.small { generations = generations, scene = { gravity = true },
       fitness = function(robot) tally(1); return robot:distance() end,
       selection = function(population) best = population; return 1, 1 end }
   end

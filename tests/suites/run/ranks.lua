@@ -56,7 +56,6 @@ end
 
 return limax.experiment {
   name = "tiny", lattice = { 3, 3, 3 }, population = 12, generations = 12, repetitions = 2,
-  rescore = "publish",
   simulation = { duration = 0.5, settle = 0.1 }, record = { population = "columns" },
   state = function() return { survived = 0, shifts = {} } end,
   archive = { "novelty", descriptors = { "voxel_share", "muscle_share" }, k = 3, add = 2 },

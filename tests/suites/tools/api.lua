@@ -79,7 +79,6 @@ suite:test("tables that public names mention have their fields listed", function
       genome = { mutation = "self_adaptive" } },
   } do
     local run = limax.start(limax.experiment { fitness = function() return 1, { one = 1 } end,
-      rescore = "publish",
       lattice = { 2, 2, 2 }, population = 4, generations = 2, repetitions = 1,
       islands = { count = 2, migrants = 1 }, supervisor = function() error "no idea" end,
       survival = memory.survival, archive = memory.archive, genome = memory.genome,

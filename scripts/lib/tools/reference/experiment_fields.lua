@@ -4,7 +4,6 @@
 
 local choice = require "limax.base.choice"
 local defaults = require "limax.settings.defaults"
-local settings = require "limax.settings.settings"
 local engine = require "limax.engine"
 local ledger = require "limax.supervise.ledger"
 local schema = require "limax.engine.schema"
@@ -94,9 +93,6 @@ local function described()
     { name = "lattice", text = "voxels along x, y, z", unit = "voxels" },
     { name = "materials", text = 'a name ("paper"), a file or a table of materials',
       type = '"paper"' },
-    words("rescore", settings.rescores, "the tier under which the best half of each generation is"
-      .. " scored again, or never; if left out, publish from the generation on in which scores"
-      .. " depend on the time step"),
     { name = "evaluations", unit = "robots",
       text = "largest number of robots that a repetition may simulate for a score" },
     { name = "scene", text = "the effects, each with true or its fields", fields = effects() },

@@ -34,8 +34,7 @@ local function silent() end
 ---@param ... string[] further overrides
 function walkers.experiment(case, ...)
   local all = {}
-  for _, list in ipairs { case.set or {}, tiers.overrides "evolve",
-    { "repetitions=1", "rescore=never" }, ... } do
+  for _, list in ipairs { case.set or {}, tiers.overrides "evolve", { "repetitions=1" }, ... } do
     for _, text in ipairs(list) do all[#all + 1] = text end
   end
   return script.run(host.home .. "/scripts/experiments/" .. case.script):override(all)
