@@ -1,12 +1,9 @@
 --- outcome.lua: what became of a robot in a simulation, as the engine's struct and as a table.
 
-local ffi = require "ffi"
 local C = require("limax.engine.abi").C
 local names = require "limax.engine.names"
 
 local outcome = {}
-
-local SIZE = ffi.sizeof "limax_outcome"
 
 ---@class limax.outcome
 ---@field status "skipped"|"running"|"done"|"invalid"|"diverged"
@@ -78,53 +75,9 @@ function outcome.table(o)
   return result
 end
 
---- Writes a table as `table` gives it into an engine's struct.
----@param o ffi.cdata* limax_outcome
----@param from limax.outcome
-function outcome.write(o, from)
-  local reasons = from.status == "invalid" and names.body_status or names.divergence
-  o.status, o.reason = names.robot_status.value[from.status], reasons.value[from.reason] or 0
-  o.step, o.steps, o.coarse = from.step or 0, from.steps or 0, from.coarse and 1 or 0
-  for _, name in ipairs(NUMBERS) do
-    -- the counts of masses and springs cannot be NaN
-    local absent = (name == "masses" or name == "springs") and 0 or 0 / 0
-    o[name] = from[name] or absent
-  end
-  for _, name in ipairs(PLACES) do
-    for k = 0, 2 do o[name][k] = from[name] and from[name][k + 1] or 0 / 0 end
-  end
-end
-
---- Copies the outcomes of some robots of a simulation.
+--- The outcomes of a simulation's robots, as the engine has them.
 ---@param simulation limax.simulation
----@param into ffi.cdata* limax_outcome[simulation.count]
----@param mask boolean[] which ones
-function outcome.copy(simulation, into, mask)
-  local from = C.limax_simulation_outcomes(simulation.handle)
-  for i = 1, simulation.count do
-    if mask[i] then ffi.copy(into + i - 1, from + i - 1, SIZE) end
-  end
-end
-
---- The fields of many outcomes for a file, without status and reason.
----@param all ffi.cdata* limax_outcome[]
----@param prefix string
----@return limax.npy.field[]
-function outcome.fields(all, prefix)
-  local list = {}
-  local function add(name, kind, count)
-    list[#list + 1] = { name = prefix .. name, kind = kind, count = count, memory = all,
-      offset = ffi.offsetof("limax_outcome", name), stride = SIZE }
-  end
-  for _, name in ipairs(PLACES) do add(name, "<f8", 3) end
-  for _, name in ipairs(NUMBERS) do
-    add(name, (name == "masses" or name == "springs") and "<i4" or "<f8")
-  end
-  add("step", "<i8")
-  add("steps", "<i8")
-  -- 1 or 0, in the lowest byte
-  add("coarse", "|b1")
-  return list
-end
+---@return ffi.cdata* limax_outcome[simulation.count]
+function outcome.all(simulation) return C.limax_simulation_outcomes(simulation.handle) end
 
 return outcome

@@ -12,7 +12,6 @@ local runs = require "limax.tools.compare.runs"
 local tables = require "limax.tools.compare.tables"
 local terminal = require "limax.base.terminal"
 local verdict = require "limax.tools.compare.verdict"
-local verify = require "limax.run.verify"
 
 local command = {
   summary = "compare finished runs: what can be claimed, and what cannot",
@@ -27,8 +26,8 @@ The one outcome is best_standard of the last generation: its champion, under the
 materials, simulated again at the tier publish; or what --outcome names in the metrics of the last
 generation: coverage or QD score of archives with equal cells, the archive's best fitness, or the
 hypervolume of fronts with equal objectives and reference point. Choose it before the runs. A
-fitness that is a function of a script needs --trust: the copy of the script in the run folder then
-runs with your rights. It must be the one that ran, by its recorded SHA-256.
+fitness that is a function of a script is run from its copy in the run folder, with your rights: the
+folder must be sealed with your key (limax trust --help).
 
 Where the arm and the baseline have the same pairs, the test is Wilcoxon's exact signed-rank test
 with a bootstrap of the paired differences, else Mann and Whitney's exact test; p values are
@@ -49,8 +48,6 @@ Everything else is exploratory.]],
       text = "write text, CSV, JSON, LaTeX and the figures of a report there" },
     { name = "device", argument = "NAME", choices = { "auto", "cpu", "cuda" }, value = "cpu",
       text = "that simulates the champions again" },
-    { name = "trust",
-      text = "run the scripts of the run folders where the fitness is a function" },
     { name = "csv", text = "print CSV" },
     { name = "json", text = "print JSON" },
     { name = "latex", text = "print a LaTeX table" },
@@ -58,17 +55,13 @@ Everything else is exploratory.]],
 }
 
 function command.run(arguments)
-  local list, warned = runs.read(arguments), {}
-  for _, run in ipairs(list) do
-    if not warned[run.path] then output.warn(verify.warning(run.path) or "") end
-    warned[run.path] = true
-  end
+  local list = runs.read(arguments)
   local groups = arms.group(list)
   local entry, outcomes = recorded.entries[arguments.outcome]
   if entry then
     outcomes = recorded.measure(list, arguments.outcome)
   else
-    outcomes = outcome.measure(list, engine.device(arguments.device), { trust = arguments.trust })
+    outcomes = outcome.measure(list, engine.device(arguments.device))
   end
   local result = verdict.compare(groups, outcomes, { baseline = arguments.baseline,
     target = arguments.target, outcome = entry and entry.text })

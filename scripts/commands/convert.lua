@@ -9,7 +9,6 @@ local output = require "limax.base.output"
 local runs = require "limax.tools.report.runs"
 local source = require "limax.base.source"
 local suggest = require "limax.engine.suggest"
-local verify = require "limax.run.verify"
 
 local lines = {}
 for _, format in ipairs(formats.list) do
@@ -93,7 +92,6 @@ function command.run(arguments)
       suggest.ending("." .. formats.ending_of(to), endings)))
   end
   check_options(from, format, arguments)
-  if runs.is_folder(from) then output.warn(verify.warning(from) or "") end
   local job = { from = from, to = to, arguments = arguments, notes = {} }
   if not format.of_run then
     job.robot = read(from, arguments, job.notes)

@@ -1,12 +1,13 @@
 --- list.lua: `limax list [DIR]`: the runs in a folder with state, best and arm.
 
+local check = require "limax.run.check"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
 local output = require "limax.base.output"
+local reader = require "limax.run.reader"
 local runs = require "limax.tools.report.runs"
 local source = require "limax.base.source"
 local terminal = require "limax.base.terminal"
-local verify = require "limax.run.verify"
 
 local command = {
   summary = "list runs with state, best and arm",
@@ -59,22 +60,27 @@ local function row_of(path)
     end
   end
   local config = folder.config
-  return { terminal.word(path), folder.status.state, terminal.word(supervisor_name(config)),
+  return { terminal.word(path), folder.state, terminal.word(supervisor_name(config)),
     tostring(config.seed), #folder.runs, ("%d/%d"):format(runs.generations(folder)), best or "-",
     archive and archive.coverage or nil, archive and archive.qd_score or nil }
 end
 
 -- Prints what is damaged in each folder; status 1 where something is.
-local function check(found)
+local function verify(found)
   local damaged = 0
   for _, path in ipairs(found) do
-    local state = verify.folder(path)
-    if state.damage[1] then
+    local fine, folder = failure.attempt(reader.read, path)
+    local damage = fine and check.folder(folder) or {}
+    local text = fine and check.text(damage) or "  " .. failure.bare(folder)
+    if text ~= "" then
       damaged = damaged + 1
-      output.write(("%s is damaged:\n%s\n"):format(terminal.word(path),
-        verify.text(state.damage)))
+      output.write(("%s is damaged:\n%s\n"):format(terminal.word(path), text))
     else
-      output.write(("%s: %d generations, undamaged\n"):format(terminal.word(path), #state.rows))
+      local generations = 0
+      for _, r in ipairs(folder:repetitions()) do
+        generations = generations + folder:last(r) + 1
+      end
+      output.write(("%s: %d generations, undamaged\n"):format(terminal.word(path), generations))
     end
   end
   if damaged == 0 then return 0 end
@@ -91,7 +97,7 @@ function command.run(arguments)
   end
   local found = folders_below(#path > 1 and path:gsub("/+$", "") or path, DEPTH, {})
   if #found == 0 then failure.raise(1, ("there is no run folder in %s"):format(path)) end
-  if arguments.check then return check(found) end
+  if arguments.check then return verify(found) end
   local rows, problems = {}, {}
   for k, each in ipairs(found) do
     local row, problem = row_of(each)

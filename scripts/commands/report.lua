@@ -7,7 +7,6 @@ local page = require "limax.tools.report.page"
 local runs = require "limax.tools.report.runs"
 local shell = require "limax.base.shell"
 local source = require "limax.base.source"
-local verify = require "limax.run.verify"
 
 local command = {
   summary = "write one page about runs: curves, robots in 3D, comparison, lineage, cost",
@@ -17,8 +16,8 @@ Each RUN is a run folder, or the folder of a study. The page is one file that op
 loads nothing: report.html in the folder of the first RUN, or where --out says. Runs in progress are
 read as they are. A run with an archive or objectives has its map or its Pareto front: click a
 robot, or choose it with the arrow keys, to see its numbers and its body. With --figures the figures
-of a paper are written instead: SVG and PDF of 85 and 175 mm, and the numbers drawn as CSV. The
-comparison of several arms needs --trust where the fitness is a function of a script, as
+of a paper are written instead: SVG and PDF of 85 and 175 mm, and the numbers drawn as CSV. Where
+the fitness is a function of a script, the comparison of several arms needs runs that are yours, as
 `limax compare` does.]],
   positional = { least = 1, name = "RUN" },
   options = {
@@ -26,8 +25,6 @@ comparison of several arms needs --trust where the fitness is a function of a sc
     { name = "figures", argument = "DIR",
       text = "write figures for print there; no page without --out" },
     { name = "no-robots", text = "leave robots and the comparison out: nothing is simulated" },
-    { name = "trust",
-      text = "run the scripts of the run folders where the comparison needs them" },
     { name = "device", argument = "NAME", choices = { "auto", "cpu", "cuda" }, value = "cpu",
       text = "that simulates the robots for their replays" },
   },
@@ -49,11 +46,9 @@ function command.run(arguments)
   local any = false
   for _, folder in ipairs(folders) do
     any = any or #folder.runs > 0
-    output.warn(verify.warning(folder.path) or "")
   end
   if not any then failure.raise(1, "no generation has been scored yet: nothing to report") end
   local options = { device = arguments.device, robots = not arguments.no_robots,
-    trust = arguments.trust,
     say = function(line) output.warn(line, "\n") end }
   if arguments.figures then
     local names = figures.write(arguments.figures, folders, (page.fitness_label(folders)), options)

@@ -13,9 +13,11 @@ local output = require "limax.base.output"
 local passes = require "limax.tools.console.passes"
 local progress = require "limax.tools.console.progress"
 local rank_share = require "limax.tools.study.rank_share"
+local reader = require "limax.run.reader"
 local resume = require "limax.run.resume"
-local run_folder = require "limax.run.run_folder"
+local run_folder = require "limax.run.folder"
 local script = require "limax.base.script"
+local scripts = require "limax.run.scripts"
 local shell = require "limax.base.shell"
 local tally = require "limax.tools.console.tally"
 local terminal = require "limax.base.terminal"
@@ -55,8 +57,6 @@ local command = {
     { name = "from", argument = "N", kind = "integer", minimum = 0,
       text = "with --resume: go on from generation N; later ones are removed" },
     { name = "changed", text = "with --resume: continue although script or configuration differ" },
-    { name = "trust",
-      text = "with --resume: run the folder's own copy of the script if the original is gone" },
     { name = "quiet", short = "q", text = "no progress and no summary; warnings stay" },
   },
 }
@@ -97,13 +97,18 @@ local function changes_of(arguments)
   return changes
 end
 
--- Opens a run folder at its last complete generation. Returns its experiment. Other ranks than the
--- first get only the configuration.
+-- Opens a run folder at its last generation. Returns its experiment. The first rank checks the seal;
+-- others get only the configuration.
 local function reopen(session, arguments)
   session.folder = exchange.is_first and run_folder.open(arguments.resume) or nil
-  local folder = session.folder or { path = arguments.resume }
-  folder.config = exchange.first(function() return folder.config end)
-  local value, path, note = resume.run_script(folder, arguments.trust)
+  local facts = exchange.first(function()
+    local opened = session.folder
+    scripts.require_own(opened)
+    return { path = opened.path, config = opened.config, config_name = opened.config_name,
+      owner = opened.owner }
+  end)
+  local folder = session.folder or reader.of(facts)
+  local value, path, note = scripts.run(folder)
   local changes = {}
   for _, list in ipairs { folder.config.run.overrides, changes_of(arguments) } do
     for _, text in ipairs(list) do changes[#changes + 1] = text end
@@ -144,13 +149,13 @@ local function plan(session, config)
   for r = session.first, session.last do
     local generations = 0
     if folder then
-      generations = folder.lines:last(r) + 1
-      folder.lines:each_metrics(r, function(line) session.tally:add(line) end)
+      generations = folder:last(r) + 1
+      for _, line in ipairs(folder:lines("metrics", r)) do session.tally:add(line) end
     end
     session.generations = session.generations + generations
     session.limit = generations > 0 and budget.limit(config, generations) or session.limit
     if generations == 0
-      or budget.allows_another(config, generations, folder.lines:evaluations(r)) then
+      or budget.allows_another(config, generations, folder:evaluations(r)) then
       table.insert(session.left, r)
     end
   end
@@ -180,22 +185,20 @@ end
 
 -- Runs the repetitions that are left. `first_run` is the first of them, begun without a folder.
 local function compute(session, experiment, options, first_run)
-  local folder = session.folder
   together.run { repetitions = session.left, at_once = session.at_once,
     on_progress = options.on_progress,
     begin = function(repetition)
       options.repetition = repetition
       local run = repetition == first_run.repetition and first_run
         or evolve.start(experiment, options)
-      run:restore(folder)
+      run.folder = session.folder
       return run
     end }
-  if folder then folder:sort_lines() end
 end
 
 local function show_end(session, device)
   session.progress:finish()
-  session.folder:status "done"
+  session.folder:finish "done"
   session.done = true
   local facts = host.terminal()
   -- it draws the champion, also when quiet
@@ -211,7 +214,7 @@ end
 local function start_options(session, arguments, device)
   local is_first = exchange.is_first
   return { repetition = session.left[1] or session.first, device = device,
-    wait = together.wait, live_prompts = arguments.live_prompts,
+    divided = true, live_prompts = arguments.live_prompts,
     say = is_first and function(text)
       session.tally:add_warning(text)
       session.progress:say(text)
@@ -245,8 +248,7 @@ local function begin(session, experiment, arguments, changes, device)
   -- from here on even a hard stop prints how to continue
   host.signal.on_hard_stop("continue with: "
     .. terminal.shown(shell.resume_command(session.path)))
-  session.folder:status "running"
-  session.folder:write_environment(device, exchange.count > 1 and exchange.count or nil)
+  session.folder:start(device, exchange.count > 1 and exchange.count or nil)
   announce(session, experiment.config, device)
   local slower = passes.warning(device:describe())
   if slower then table.insert(session.notes, "CPU passes: " .. slower) end
@@ -311,14 +313,14 @@ local function end_early(session, value, trace)
   local is_interrupt = value == host.interrupt
   -- a run is done when the failure was in showing it
   if folder and session.progress and not session.done then
-    failure.attempt(folder.status, folder, is_interrupt and "interrupted" or "failed",
+    failure.attempt(folder.finish, folder, is_interrupt and "stopped" or "failed",
       not is_interrupt and tostring(value) or nil)
   end
   if is_interrupt then return interrupted(session) end
   local status, machine = failure.status(value), failure.of_machine(value)
   local command_line = session.path and shell.resume_command(session.path)
   local repair = ""
-  if folder and folder.checkpoint and not failure.is_damaged(value) then
+  if folder and folder.on_disk and not failure.is_damaged(value) then
     -- a repaired script differs, which resume refuses without --changed
     repair = ("\nwhen it is repaired, continue with: %s --changed"):format(command_line)
   end
@@ -364,7 +366,7 @@ function command.run(arguments)
     end
     return command.run_experiment(nil, arguments)
   end
-  for _, name in ipairs { "changed", "from", "trust" } do
+  for _, name in ipairs { "changed", "from" } do
     if arguments[name] then failure.raise(2, ("--%s belongs to --resume"):format(name)) end
   end
   if not file then failure.raise(2, "limax run: expected a FILE, or --resume DIR") end

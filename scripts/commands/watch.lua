@@ -9,7 +9,6 @@ local runs = require "limax.tools.report.runs"
 local sample = require "limax.base.statistics.sample"
 local terminal = require "limax.base.terminal"
 local text_plot = require "limax.draw.text_plot"
-local timestamp = require "limax.base.timestamp"
 
 local command = {
   summary = "watch a run in progress: curves and the current best",
@@ -25,38 +24,27 @@ does not affect the run. If the output is not a terminal, it prints once.]],
   },
 }
 
--- A run whose last line is older than so many of its generations and seconds may have been killed.
-local LATE_GENERATIONS, LATE_SECONDS = 10, 60
+-- Generations over which the pace is measured.
+local LATEST = 10
 
--- Mean seconds of the last generations, and seconds since the last one.
+-- Mean seconds of the last generations; nil before the first.
 local function pace(folder)
-  local last, sum, count = nil, 0, 0
+  local sum, count = 0, 0
   for _, run in ipairs(folder.runs) do
-    local line = run.timing[#run.timing]
-    if line then
-      last = math.max(last or 0, timestamp.seconds(line.ended) or 0)
-      for k = math.max(1, #run.timing - LATE_GENERATIONS + 1), #run.timing do
-        for _, value in pairs(run.timing[k].seconds) do sum = sum + value end
-        count = count + 1
-      end
+    for k = math.max(1, #run.timing - LATEST + 1), #run.timing do
+      for _, value in pairs(run.timing[k].seconds) do sum = sum + value end
+      count = count + 1
     end
   end
-  local now = timestamp.seconds(host.time())
-  return count > 0 and sum / count or nil, last and now and now - last or nil
+  return count > 0 and sum / count or nil
 end
 
--- The state of the run, with a warning if it may have been killed.
+-- The state of the run, and how fast it goes on.
 local function state_line(folder, style)
-  local state = tostring(folder.status.state)
-  local each, since = pace(folder)
-  local parts = { terminal.bold(folder.config.name, style), state,
+  local each = pace(folder)
+  local parts = { terminal.bold(folder.config.name, style), folder.state,
     ("generation %d of %s"):format(runs.generations(folder)) }
-  if state == "running" and each then
-    parts[#parts + 1] = ("%.3g s each"):format(each)
-    if since and since > math.max(LATE_SECONDS, LATE_GENERATIONS * each) then
-      parts[#parts + 1] = ("no new generation for %d s: it may have been killed"):format(since)
-    end
-  end
+  if folder.state == "running" and each then parts[#parts + 1] = ("%.3g s each"):format(each) end
   return table.concat(parts, "   ")
 end
 
@@ -100,7 +88,7 @@ end
 
 -- A text that changes with each new generation and with the state.
 local function mark_of(folder)
-  local texts = { tostring(folder.status.state) }
+  local texts = { folder.state }
   for _, run in ipairs(folder.runs) do
     texts[#texts + 1] = ("%d:%d"):format(run.repetition, #run.lines)
   end
@@ -125,7 +113,7 @@ function command.run(arguments)
       output.write(command.text_of(folder, terminal.style()))
       io.stdout:flush()
     end
-    if folder.status.state ~= "running" then return 0 end
+    if folder.state ~= "running" then return 0 end
     host.wait(arguments.every)
     host.raise_if_interrupted()
     folder = runs.read(path)

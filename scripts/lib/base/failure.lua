@@ -34,6 +34,20 @@ function failure.raise_damaged(message)
   fault.throw { kind = "damaged", status = 1, text = message }
 end
 
+--- Calls a function with a value of a file; an error of it is one of the file.
+---@param where string file and line
+---@param ... any arguments
+---@return any ... results
+function failure.about(where, call, ...)
+  local ok, value = failure.attempt(call, ...)
+  if ok then return value end
+  if failure.of_machine(value) then error(value, 0) end
+  local message = failure.bare(value)
+  if message:sub(1, #where) == where then message = message:sub(#where + 3) end
+  -- a damaged file may contain anything, but no control character is shown
+  failure.raise_damaged(("%s: %s"):format(where, (message:gsub("%c", "?"))))
+end
+
 --- Was it raised for a file that is damaged?
 function failure.is_damaged(value) return fault.is(value) and value.kind == "damaged" end
 

@@ -39,6 +39,16 @@ function npy.encode(kind, shape, data)
   return npy.header(kind, shape) .. data
 end
 
+--- The bytes of a .npy file with a table of numbers.
+---@param rows number[][] of equal length
+function npy.table(rows)
+  local numbers, width = {}, #rows[1]
+  for i, row in ipairs(rows) do
+    for k = 1, width do numbers[(i - 1) * width + k] = row[k] end
+  end
+  return npy.encode("<f8", { #rows, width }, numbers)
+end
+
 --- Reads a .npy file of numbers; `nil, message` for anything else, pickled objects included.
 ---@return limax.npy.array|nil
 ---@return string|nil message

@@ -80,14 +80,26 @@ function seal.key_name()
   return key and name_of(key)
 end
 
+local function sealed(text, key)
+  return ('%s,\n  "seal": { "key": "%s", "hmac": "%s" }\n}\n'):format(text:sub(1, -4),
+    name_of(key), host.hmac_sha256(key, text))
+end
+
 --- The document of an object, sealed unless the user's key cannot be used.
 ---@param object table with at least one field
 ---@return string
 function seal.add(object)
   local text, key = host.json.encode(object, { indent = 2 }) .. "\n", key_of_user(true)
-  if not key then return text end
-  return ('%s,\n  "seal": { "key": "%s", "hmac": "%s" }\n}\n'):format(text:sub(1, -4),
-    name_of(key), host.hmac_sha256(key, text))
+  return key and sealed(text, key) or text
+end
+
+--- A document sealed by this user, with its other bytes as they are; nil where the key cannot be
+--- used.
+---@param text string
+---@return string|nil
+function seal.again(text)
+  local key = key_of_user(true)
+  return key and sealed(seal.without(text), key) or nil
 end
 
 --- A document without its seal.

@@ -37,6 +37,25 @@ function source.read(path)
   return text
 end
 
+--- The whole text of a regular file of a folder that may come from somebody else: a link is
+--- refused.
+---@return string|nil text
+---@return string|nil message
+---@return boolean|nil missing
+function source.read_own(path)
+  if host.file.exists(path, true) == "other" then return nil, path .. " is a link, or no file" end
+  return source.read(path)
+end
+
+--- The bytes of a file; nil where there is none.
+---@return integer|nil
+function source.size(path)
+  local file = source.open(path)
+  local size = file and file:seek "end"
+  if file then file:close() end
+  return size
+end
+
 --- Reads a file line by line, in blocks: memory does not grow with the file.
 ---@param file file*
 ---@param bytes integer|nil of it; all if left out

@@ -1,171 +1,179 @@
---- archived.lua: the archive of one repetition: its rows, what is needed to breed from them, and
---- its files. A generation's file has the rows that entered; replaying all of them gives the
---- archive. Genomes are copied from memory, and after a resume from the population files.
+--- archived.lua: the archive of one repetition as a list that each generation inherits and extends.
+--- A robot's row says whether it entered and where (`entered`, `cell`): replaying the robots of all
+--- generations gives the archive.
 
-local columns = require "limax.robot.columns"
+local ffi = require "ffi"
+
 local engine = require "limax.engine"
-local host = require "limax.host"
-local run_files = require "limax.settings.run_files"
+local rows = require "limax.robot.rows"
 local source = require "limax.base.source"
 local view = require "limax.engine.view"
 
 ---@class limax.archived
----@field rows limax.archive.row[]
----@field entered limax.archive.row[] of the newest generation
-local Archive = {}
-Archive.__index = Archive
+---@field rows limax.archive.row[] each with its robot and genome
+---@field place table<integer, integer> of the row of each cell
+---@field members table<limax.archive.row, true>
 
 local archived = {}
 
 -- draws for a child have its index; no population is as large
 local INDIVIDUAL = 2 ^ 32 - 1
 
---- Makes an empty archive.
----@param definition limax.archive.definition
----@param seed number|string
----@param repetition integer
----@return limax.archived
-function archived.new(definition, seed, repetition)
-  return setmetatable({ definition = definition, seed = seed, repetition = repetition, rows = {},
-    place = {}, entered = {}, kept = setmetatable({}, { __mode = "k" }) }, Archive)
-end
+-- The keys under which a row has the row of its robot and its genome, float[genes]; and a copy for
+-- scripts the row that it shows.
+local ROBOT, GENOME, SHOWN = {}, {}, {}
 
--- Takes rows in and ids out.
-local function apply(self, entered, leaving)
-  local rows, place = self.rows, self.place
-  if leaving then
-    local count = 0
-    for k = 1, #rows do
-      local row = rows[k]
-      rows[k] = nil
-      if not leaving[row.id] then
-        count = count + 1
-        rows[count] = row
-      end
+-- An archive after robots entered and ids left.
+local function changed(before, entered, leaving)
+  local list, place, members = {}, {}, {}
+  for _, row in ipairs(before and before.rows or {}) do
+    if not (leaving and leaving[row.id]) then
+      list[#list + 1], members[row] = row, true
+      if row.cell then place[row.cell] = #list end
     end
   end
   for _, row in ipairs(entered) do
-    local at = row.cell and place[row.cell] or #rows + 1
-    rows[at] = row
+    local at = row.cell and place[row.cell] or #list + 1
+    if list[at] then members[list[at]] = nil end
+    list[at], members[row] = row, true
     if row.cell then place[row.cell] = at end
   end
+  return { rows = list, place = place, members = members }
 end
 
--- The rows before this generation: a population may be scored again, by another fitness.
-local function rewind(self, generation)
-  local rows = self.rows
-  if self.generation == generation then
-    for k = #rows, 1, -1 do rows[k] = nil end
-    self.place = {}
-    apply(self, self.before)
-  else
-    self.generation, self.before = generation, {}
-    for k, row in ipairs(rows) do self.before[k] = row end
-  end
+-- The row of robot i of a generation.
+local function row_of(definition, row, generation, i)
+  return { id = row.id, generation = generation, index = i,
+    island = definition.islands and row.island or nil, fitness = row.fitness,
+    descriptors = row.descriptors, objectives = row.objectives, novelty = row.novelty }
 end
 
 --- Offers the new robots of a scored generation. Where each island has its own cells, those that
 --- came from another one are new too: none else is older.
----@param robots limax.population.scored
-function Archive:update(robots)
-  rewind(self, robots.generation)
-  local definition = self.definition
-  if definition.appraise then definition.appraise(robots.records, self.rows) end
+---@param before limax.archived|nil that of the generation before
+---@param robots limax.population.scored whose rows get `novelty`, `entered` and `cell`
+---@return limax.archived
+function archived.enter(before, robots)
+  local definition, world = robots.world.archive, robots.world
+  before = before or changed(nil, {})
+  if definition.appraise then definition.appraise(robots.rows, before.rows) end
   local candidates = {}
-  for i, record in ipairs(robots.records) do
-    if record.fitness and (definition.islands or record.generation == robots.generation) then
-      candidates[#candidates + 1] = { id = record.id, generation = robots.generation, index = i,
-        island = definition.islands and record.island, fitness = record.fitness,
-        descriptors = record.descriptors,
-        objectives = record.objectives, novelty = record.novelty }
+  for i, row in ipairs(robots.rows) do
+    if row.fitness and (definition.islands or row.generation == robots.generation) then
+      candidates[#candidates + 1] = row_of(definition, row, robots.generation, i)
     end
+    row.entered, row.cell = nil, nil
   end
-  local random =
-    engine.random(self.seed, self.repetition, "selection", robots.generation, INDIVIDUAL)
-  local entered, leaving = definition.choose(self.rows, self.place, candidates, random)
-  apply(self, entered, leaving)
-  self.entered = entered
-  for _, row in ipairs(entered) do
-    self.kept[row] = { record = columns.plain(robots.records[row.index]),
-      genome = view.memory(robots.engine:genome_copy(row.index)) }
+  local random = engine.random(world.config.seed, robots.repetition, "selection",
+    robots.generation, INDIVIDUAL)
+  local entered, leaving = definition.choose(before.rows, before.place, candidates, random)
+  for k, row in ipairs(entered) do
+    local robot = robots.rows[row.index]
+    robot.entered, robot.cell = k, row.cell
+    row[ROBOT] = rows.single(robot)
+    row[GENOME] = view.memory(robots.engine:genome_copy(row.index))
   end
+  return changed(before, entered, leaving)
 end
 
---- Copies of the rows, for scripts, which may change them and name them as parents.
+--- An archive after the robots of another generation, which entered before.
+---@param before limax.archived|nil
+---@param definition limax.archive.definition
+---@param robots limax.rows
+---@return limax.archived
+function archived.replay(before, definition, generation, robots)
+  local list = {}
+  before = before or changed(nil, {})
+  for i, robot in ipairs(robots) do
+    if robot.entered then
+      local row = row_of(definition, robot, generation, i)
+      row.cell = robot.cell
+      list[#list + 1] = { at = robot.entered, row = row }
+    end
+  end
+  table.sort(list, function(a, b) return a.at < b.at end)
+  for k, each in ipairs(list) do list[k] = each.row end
+  return changed(before, definition.choose(before.rows, before.place, list))
+end
+
+--- Gives a row its robot and genome, from which it may be bred.
+---@param row limax.archive.row
+---@param robot limax.row
+---@param genome string|ffi.cdata* float[genes]
+function archived.complete(row, robot, genome)
+  row[ROBOT], row[GENOME] = robot, genome
+end
+
+--- Copies of the rows for scripts, which may change them and name them as parents.
+---@param self limax.archived
 ---@return limax.archive.row[]
-function Archive:list()
-  local list = source.copy(self.rows)
-  for k, row in ipairs(self.rows) do self.kept[list[k]] = self.kept[row] end
+function archived.shown(self)
+  local list = {}
+  for k, row in ipairs(self.rows) do
+    local copy = {}
+    for name, value in pairs(row) do
+      if type(name) == "string" then copy[name] = source.copy(value) end
+    end
+    copy[SHOWN] = row
+    list[k] = copy
+  end
   return list
 end
 
 --- What metrics.jsonl has of it.
+---@param self limax.archived
+---@param definition limax.archive.definition
 ---@return table
-function Archive:measure()
-  local rows, best = self.rows, nil
-  local line = self.definition.measure and self.definition.measure(rows) or {}
-  for _, row in ipairs(rows) do best = math.max(best or row.fitness, row.fitness) end
-  line.filled, line.best = #rows, best
+function archived.measure(self, definition)
+  local line, best = definition.measure and definition.measure(self.rows) or {}, nil
+  for _, row in ipairs(self.rows) do best = math.max(best or row.fitness, row.fitness) end
+  line.filled, line.best = #self.rows, best
   return line
 end
 
---- The lines of the newest generation's file.
----@return string
-function Archive:text()
-  local lines = {}
-  for k, row in ipairs(self.entered) do
-    lines[k] = host.json.encode { schema = "limax.archive/1", id = row.id, index = row.index,
-      fitness = row.fitness, descriptors = row.descriptors, objectives = row.objectives,
-      cell = row.cell, island = row.island, novelty = row.novelty }
-      .. "\n"
-  end
-  return table.concat(lines)
+--- The robot of a row that a script names as a parent; nil for a table that is no row of this
+--- archive.
+---@param self limax.archived
+---@param shown any
+---@return limax.row|nil
+function archived.robot(self, shown)
+  local row = type(shown) == "table" and rawget(shown, SHOWN)
+  return row and self.members[row] and row[ROBOT] or nil
 end
 
---- The record of a row; nil for a table that is no row of this archive.
----@param row any
----@return table|nil
-function Archive:record(row) return self.kept[row] and self.kept[row].record end
-
---- The genome of a row.
----@param row limax.archive.row
+--- The genome of such a row.
+---@param shown limax.archive.row
 ---@return ffi.cdata*|string float[genes]
-function Archive:genome(row) return self.kept[row].genome end
+function archived.genome(shown) return shown[SHOWN][GENOME] end
 
---- Replays the file of a generation.
----@param text string of the file
----@param path string its name
-function Archive:replay(generation, text, path)
-  local rows = run_files.archive(text, path)
-  for _, row in ipairs(rows) do
-    row.schema, row.generation = nil, generation
+--- An archive as plain data, for other ranks.
+---@param self limax.archived
+---@return table[]
+function archived.pack(self)
+  local list = {}
+  for k, row in ipairs(self.rows) do
+    local plain = {}
+    for name, value in pairs(row) do
+      if type(name) == "string" then plain[name] = value end
+    end
+    list[k] = { row = plain, robot = rows.pack(row[ROBOT][1]),
+      genome = type(row[GENOME]) == "string" and row[GENOME]
+        or ffi.string(row[GENOME], ffi.sizeof(row[GENOME])) }
   end
-  apply(self, self.definition.choose(self.rows, self.place, rows))
+  return list
 end
 
---- Replays the files of a folder up to a generation.
----@param folder limax.run_folder
----@param last integer
----@param genes integer of a genome
-function Archive:restore(folder, last, genes)
-  for generation = 0, last do
-    local text, path = folder:text("archive", self.repetition, generation)
-    self:replay(generation, text or "", path)
+--- The archive of such data.
+---@param list table[]
+---@param materials string[] their names
+---@return limax.archived
+function archived.unpack(list, materials)
+  local entered = {}
+  for k, each in ipairs(list) do
+    entered[k] = each.row
+    archived.complete(each.row, assert(rows.read(each.robot, materials))[1], each.genome)
   end
-  self.generation, self.before = last, {}
-  local by_generation = {}
-  for _, row in ipairs(self.rows) do
-    by_generation[row.generation] = by_generation[row.generation] or {}
-    table.insert(by_generation[row.generation], row)
-  end
-  for generation, rows in pairs(by_generation) do
-    local indices = {}
-    for k, row in ipairs(rows) do indices[k] = row.index end
-    local records, genomes = folder:robots(self.repetition, generation, indices, genes)
-    for _, row in ipairs(rows) do
-      self.kept[row] = { record = records[row.index], genome = genomes[row.index] }
-    end
-  end
+  return changed(nil, entered)
 end
 
 return archived

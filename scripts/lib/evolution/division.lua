@@ -8,6 +8,7 @@ local engine_population = require "limax.engine.population"
 local exchange = require "limax.base.exchange"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
+local rows = require "limax.robot.rows"
 local state = require "limax.run.state"
 
 local division = {}
@@ -88,13 +89,15 @@ local function fingerprint(robots)
   local first = others - robots.generation * COMPARED % (others + 1)
   local memory = ffi.new("float[?]", count * made.genes)
   engine_population.copy_genomes(made, memory, first, count)
-  local numbers, all, width = {}, robots.columns, robots.columns.bodies.width
+  local numbers, all = {}, robots.rows.data
+  local parents, bodies = ffi.new("int64_t[?][2]", #robots), ffi.new("uint64_t[?]", count)
   for name, value in pairs(robots.parameters) do numbers[name] = ("%.17g"):format(value) end
-  return { { "parameters", host.xxh3(host.json.encode(numbers)) },
-    { "parents", host.xxh3(ffi.string(all.parents, ffi.sizeof(all.parents))) },
-    { "genomes", host.xxh3(ffi.string(memory, ffi.sizeof(memory))) },
-    { "bodies", host.xxh3(ffi.string(all.bodies.letters + first * width, count * width)) },
-    { "state", robots.state_text } }
+  for i = 0, #robots - 1 do parents[i] = all[i].parents end
+  for k = 0, count - 1 do bodies[k] = all[first + k].body.hash end
+  local function hash(values) return host.xxh3(ffi.string(values, ffi.sizeof(values))) end
+  return { { "parameters", host.xxh3(host.json.encode(numbers)) }, { "parents", hash(parents) },
+    { "genomes", hash(memory) }, { "bodies", hash(bodies) },
+    { "state", robots.before.state and state.encode(robots.before.state) } }
 end
 
 local REASON = "; its functions may depend only on their arguments, not on a clock, a file, or"
@@ -113,6 +116,13 @@ local function equal(a, b)
   return true
 end
 
+-- Robots that another rank sent.
+local function unpacked(robots, bytes)
+  local sent, message = rows.read(bytes, robots.rows.materials)
+  if not sent then failure.raise(1, "a rank sent robots that cannot be read: it " .. message) end
+  return sent
+end
+
 -- Raises where ranks made different robots.
 local function compare_made(robots, messages)
   for r = 2, #messages do
@@ -126,16 +136,20 @@ local function compare_made(robots, messages)
   end
 end
 
+-- What two ranks must find of a robot; its outcome may differ in what is not finite.
+local SCORES = { "status", "reason", "fitness", "descriptors", "objectives", "cases", "measures" }
+
 -- Raises where two ranks scored the same robot differently.
 local function compare_scores(robots, messages)
   for r, message in ipairs(messages) do
     local checked, own = checked_by(robots, r)
-    for name, list in pairs(checked and message.checked or {}) do
-      local theirs = messages[own].scores[name][1]
-      if name ~= "outcomes" and not equal(list[1], theirs) then
+    local mine = checked and message.checked and unpacked(robots, message.checked)[1]
+    for _, name in ipairs(mine and SCORES or {}) do
+      local theirs = robots.rows[checked][name]
+      if not equal(mine[name], theirs) then
         failure.raise(1, ("generation %d: robot %s has the %s %s on rank %d and %s on rank %d: a"
           .. " fitness or a descriptor gave different results%s"):format(robots.generation,
-          robots.records[checked].id, name, shown(list[1]), r - 1, shown(theirs), own - 1, REASON))
+          mine.id, name, shown(mine[name]), r - 1, shown(theirs), own - 1, REASON))
       end
     end
   end
@@ -143,9 +157,9 @@ end
 
 -- Raises where the functions that score wrote to the state: other ranks do not have what they
 -- wrote.
-local function check_state(robots)
-  local before = robots.state_text
-  if before and state.encode(robots.world.state) ~= before then
+local function check_state(robots, own_state)
+  local before = robots.before.state
+  if before and state.encode(own_state) ~= state.encode(before) then
     failure.raise(2, "the fitness, a descriptor or an objective writes to `state`: on several ranks"
       .. " of mpirun each scores a part of the robots only. Write to it in the survival or the"
       .. " selection, or run on one rank")
@@ -154,28 +168,43 @@ end
 
 -- ---- the exchange -------------------------------------------------------------------------------
 
---- Gives the scores of this rank's robots to all others and takes theirs.
+-- Takes the robots that another rank scored.
+local function take(robots, slice, bytes)
+  if not slice[1] then return end
+  local sent, all = unpacked(robots, bytes), robots.rows.data
+  for k, i in ipairs(slice) do
+    local one, own = sent.data[k - 1], all[i - 1]
+    if one.id ~= own.id or one.body.hash ~= own.body.hash then
+      failure.raise(1, ("generation %d: the bodies of ranks differ"):format(robots.generation)
+        .. REASON)
+    end
+  end
+  rows.take(robots.rows, slice, sent)
+end
+
+--- Gives the robots that this rank scored to all others and takes theirs.
 ---@param robots limax.population.scored simulated and scored here
 ---@param failures scoring.failure[] of the robots that were scored here
+---@param own_state table|nil that the functions that score may have written to
 ---@return scoring.failure[] of all robots
-function division.exchange(robots, failures)
+function division.exchange(robots, failures, own_state)
   if not robots.slices then return failures end
-  check_state(robots)
-  local all, slices, r = robots.columns, robots.slices, exchange.index + 1
+  check_state(robots, own_state)
+  local all, slices, r = robots.rows, robots.slices, exchange.index + 1
   local checked, own = checked_by(robots, r), {}
   for _, each in ipairs(failures) do
     if each.index ~= checked then own[#own + 1] = each end
   end
   local began = host.clock()
   local messages = exchange.all { made = fingerprint(robots), failures = own,
-    warnings = exchange.take_warnings(), scores = all:scores(slices[r]),
-    checked = checked and all:scores { checked },
+    warnings = exchange.take_warnings(), robots = rows.pack(all, slices[r]),
+    checked = checked and rows.pack(all, { checked }),
     seconds = robots.timing.simulate + robots.timing.fitness }
   robots.timing.ranks = host.clock() - began
   compare_made(robots, messages)
   local failed = {}
   for k, message in ipairs(messages) do
-    if k ~= r then all:set_scores(slices[k], message.scores) end
+    if k ~= r then take(robots, slices[k], message.robots) end
     for _, each in ipairs(message.failures) do failed[#failed + 1] = each end
     for _, each in ipairs(message.warnings) do robots.world.say(each.text, each.key) end
   end

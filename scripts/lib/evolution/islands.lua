@@ -1,35 +1,27 @@
 --- islands.lua: populations that evolve side by side in one population of the engine, and exchange
---- robots. The record of a robot has the number of its `island`. Survival and selection see one
+--- robots. The row of a robot has the number of its `island`. Survival and selection see one
 --- island at a time, as a scored population of its robots; their indices are mapped back here.
 
-local population = require "limax.evolution.population"
+local generations = require "limax.evolution.generation"
 
 local islands = {}
-
---- The island of a robot of the first generation: equal parts, in order.
----@param config table of the experiment
----@param index integer of the robot
----@return integer|nil island nil without islands
-function islands.first(config, index)
-  return config.islands and math.ceil(index * config.islands.count / config.population) or nil
-end
 
 -- A scored population of each island's robots: a field that is not a list of robots is that of the
 -- whole population, in which `places` are its robots.
 local function views(robots, count)
   local list, place = {}, {}
   for k = 1, count do
-    local view = population.without_robots(robots)
-    view.island, view.records, view.places, view.ranked = k, {}, {}, {}
+    local view = generations.part(robots)
+    view.island, view.rows, view.places, view.ranked = k, {}, {}, {}
     list[k] = view
   end
-  for i, record in ipairs(robots.records) do
-    local view = list[record.island]
+  for i, row in ipairs(robots.rows) do
+    local view = list[row.island]
     place[i] = #view + 1
-    view[place[i]], view.records[place[i]], view.places[place[i]] = robots[i], record, i
+    view[place[i]], view.rows[place[i]], view.places[place[i]] = robots[i], row, i
   end
   for _, i in ipairs(robots.ranked) do
-    local ranked = list[robots.records[i].island].ranked
+    local ranked = list[robots.rows[i].island].ranked
     ranked[#ranked + 1] = place[i]
   end
   return list
@@ -48,12 +40,12 @@ local sources = {
 -- The best robots that island `k` receives, without those that go on there anyway.
 local function migrants(robots, k, survivors, options, random)
   local from, there, list = sources[options.topology](k, options.count, random), {}, {}
-  for _, i in ipairs(survivors) do there[robots.records[i].id] = true end
+  for _, i in ipairs(survivors) do there[robots.rows[i].id] = true end
   for _, i in ipairs(robots.ranked) do
-    local record = robots.records[i]
-    local comes = record.island ~= k and (not from or record.island == from)
-    if #list < options.migrants and comes and not there[record.id] then
-      list[#list + 1], there[record.id] = i, true
+    local row = robots.rows[i]
+    local comes = row.island ~= k and (not from or row.island == from)
+    if #list < options.migrants and comes and not there[row.id] then
+      list[#list + 1], there[row.id] = i, true
     end
   end
   return list

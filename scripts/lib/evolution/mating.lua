@@ -3,9 +3,12 @@
 --- row of the archive.
 
 local ffi = require "ffi"
-local columns = require "limax.robot.columns"
+
+local archived = require "limax.evolution.archived"
 local failure = require "limax.base.failure"
-local population = require "limax.evolution.population"
+local generations = require "limax.evolution.generation"
+local genes = require "limax.experiment.genes"
+local rows = require "limax.robot.rows"
 local schema = require "limax.engine.schema"
 local scored_robot = require "limax.robot.scored_robot"
 local view = require "limax.engine.view"
@@ -36,7 +39,7 @@ function mating.check_scored(robots, list, what)
   local seen = {}
   for k, index in ipairs(list) do
     check_index(index, robots, "%s[%d]", what, k)
-    if not robots.records[index].fitness then
+    if not robots.rows[index].fitness then
       failure.raise(1, ("%s[%d] = %d has no score: a robot that failed is never an elite nor a"
         .. " parent"):format(what, k, index))
     elseif seen[index] then
@@ -66,8 +69,8 @@ function mating.check_unchanged(robots, ranking, who)
   for k = 1, math.max(#ranking, #robots.ranked) do
     if robots.ranked[k] ~= ranking[k] then what = "population.ranked" end
   end
-  for i, record in ipairs(robots.records) do
-    if not robots[i] or robots[i].record ~= record then what = "the population's list of robots" end
+  for i, row in ipairs(robots.rows) do
+    if not robots[i] or robots[i].row ~= row then what = "the population's list of robots" end
   end
   if what then
     failure.raise(1, ("%s of generation %d changed %s, which all its calls share: change a copy,"
@@ -76,13 +79,12 @@ function mating.check_unchanged(robots, ranking, who)
   end
 end
 
--- The record of a parent that a script names by a row of the archive.
-local function row_record(robots, row, what)
-  local archive = robots.world.archive
-  local record = archive and archive:record(row)
-  if record then return record end
-  failure.raise(1, ("%s is %s; expected an index%s"):format(what, schema.show(row), archive
-    and " or a row of the archive that it has now: population.archive[i]" or ""))
+-- The robot of a row of the archive that a script names as a parent.
+local function robot_of(robots, row, what)
+  local robot = robots.remembered and archived.robot(robots.remembered, row)
+  if robot then return robot end
+  failure.raise(1, ("%s is %s; expected an index%s"):format(what, schema.show(row),
+    robots.remembered and " or a row of the archive that it has now: population.archive[i]" or ""))
 end
 
 --- Checks a list of parents: robots with a score, none twice, or rows of the archive.
@@ -94,7 +96,7 @@ function mating.check_parents(robots, list, what)
   local indices, has_rows = {}, false
   for k, each in ipairs(type(list) == "table" and list or {}) do
     if type(each) == "table" then
-      row_record(robots, each, ("%s[%d]"):format(what, k))
+      robot_of(robots, each, ("%s[%d]"):format(what, k))
       has_rows = true
     else
       indices[#indices + 1] = each
@@ -112,18 +114,18 @@ end
 ---@return limax.population.scored
 function mating.pool(robots, parents, has_rows)
   if parents == robots.ranked then return robots end
-  local pool = population.without_robots(robots)
+  local pool = generations.part(robots)
   if not has_rows then
     pool.ranked = parents
     for i = 1, #robots do pool[i] = robots[i] end
     return pool
   end
-  pool.ranked, pool.records, pool.parents, pool.engine = {}, {}, parents, nil
+  pool.ranked, pool.rows, pool.parents, pool.engine = {}, {}, parents, nil
   for k, each in ipairs(parents) do
     local is_row = type(each) == "table"
     pool.ranked[k] = k
-    pool.records[k] = is_row and robots.world.archive:record(each) or robots.records[each]
-    pool[k] = is_row and scored_robot.new(pool.records[k], { materials = robots.materials,
+    pool.rows[k] = is_row and archived.robot(robots.remembered, each) or robots.rows[each]
+    pool[k] = is_row and scored_robot.new(pool.rows[k], { materials = robots.materials,
       scene = robots.world.config.scene, options = robots.world.options }) or robots[each]
   end
   return pool
@@ -132,7 +134,7 @@ end
 -- One parent of a pair: an index into the robots, or a row of the archive.
 local function parent_of(pool, value, what, ...)
   if type(value) == "table" then
-    row_record(pool, value, what:format(...))
+    robot_of(pool, value, what:format(...))
     return value
   end
   check_index(value, pool, what, ...)
@@ -189,21 +191,17 @@ end
 
 ---@class limax.mating.parents
 ---@field engine limax.population genomes
----@field records table[] one for each genome
+---@field rows limax.row[] one for each genome
 ---@field pairs integer[][] two indices of these for each robot of the next generation
 
---- The parents of pairs. With rows of the archive among them, the genomes that the pairs need are
---- copied into a population of their own.
----@param robots limax.population.scored
----@param list (integer|limax.archive.row)[][]
----@param new_robots fun(count: integer): limax.population
----@return limax.mating.parents
-function mating.parents(robots, list, new_robots)
+-- The parents of pairs. With rows of the archive among them, the genomes that the pairs need are
+-- copied into a population of their own.
+local function parents_of(robots, list)
   local at, sources, indices, has_rows = {}, {}, {}, false
   for _, pair in ipairs(robots.archive and list or {}) do
     has_rows = has_rows or type(pair[1]) == "table" or type(pair[2]) == "table"
   end
-  if not has_rows then return { engine = robots.engine, records = robots.records, pairs = list } end
+  if not has_rows then return { engine = robots.engine, rows = robots.rows, pairs = list } end
   for child, pair in ipairs(list) do
     indices[child] = {}
     for k = 1, 2 do
@@ -215,73 +213,102 @@ function mating.parents(robots, list, new_robots)
       indices[child][k] = at[source]
     end
   end
-  local gathered, records, archive = new_robots(#sources), {}, robots.world.archive
-  local genes = gathered.genes
-  local memory = ffi.new("float[?]", #sources * genes)
+  local gathered, found = robots.world:empty(#sources), {}
+  local count = gathered.genes
+  local memory = ffi.new("float[?]", #sources * count)
   for k, source in ipairs(sources) do
     local genome
     if type(source) == "table" then
-      genome, records[k] = archive:genome(source), archive:record(source)
+      genome, found[k] = archived.genome(source), archived.robot(robots.remembered, source)
     else
-      genome, records[k] = view.memory(robots.engine:genome_copy(source)), robots.records[source]
+      genome, found[k] = view.memory(robots.engine:genome_copy(source)), robots.rows[source]
     end
-    ffi.copy(memory + (k - 1) * genes, genome, genes * ffi.sizeof "float")
+    ffi.copy(memory + (k - 1) * count, genome, count * ffi.sizeof "float")
   end
   gathered:set_genomes(memory)
-  return { engine = gathered, records = records, pairs = indices }
+  return { engine = gathered, rows = found, pairs = indices }
 end
 
---- The records of the next generation, still without the bodies of the offspring. Ids count on:
---- they are unique in a repetition, and the same in a run that is continued.
----@param generation integer the next one
----@param elites integer number of the pairs that are elites, which come first
----@param parents limax.mating.parents elites are rows of one generation
----@param keep boolean do elites keep their scores?
----@param homes? integer[] the island of each robot
----@return limax.row[]
-function mating.records(generation, elites, parents, keep, homes)
-  local count, places, sources, from = #parents.pairs, {}, {}, nil
-  local all = columns.new(count)
+-- The rows of the next generation, still without the bodies of the offspring. Ids count on: they
+-- are unique in a repetition, and the same in a run that is continued.
+local function rows_of(robots, elites, parents, keep, homes)
+  local generation = robots.generation + 1
+  local all = robots.world:rows(generation, robots.rows)
+  local count = all.count
   for i = 1, elites do
-    local row = parents.records[parents.pairs[i][1]]
-    from, places[i], sources[i] = row[1], i, row[2]
-  end
-  if from then all:copy(from, places, sources) end
-  for i = 1, elites do
-    all.origin[i] = "elite"
-    if not keep then all:forget_score(i) end
+    local row = parents.rows[parents.pairs[i][1]]
+    rows.copy(all, { i }, row[1], { row[2] })
+    all[i].origin = "elite"
+    if not keep then rows.forget(all, i) end
   end
   for i = elites + 1, count do
-    local pair = parents.pairs[i]
-    all.id[i], all.generation[i], all.origin[i] = generation * count + i, generation, "bred"
-    all:set_parents(i, parents.records[pair[1]].id, parents.records[pair[2]].id)
+    local child, pair = all[i], parents.pairs[i]
+    child.id, child.generation, child.origin = generation * count + i, generation, "bred"
+    child.parents = { parents.rows[pair[1]].id, parents.rows[pair[2]].id }
   end
-  for i = 1, homes and count or 0 do all.island[i] = homes[i] end
-  return all.rows
+  for i = 1, homes and count or 0 do all[i].island = homes[i] end
+  return all
 end
 
---- Replaces the last offspring of each island, or of the population, by new random robots, and sets
---- the ages of all: the generations since the oldest ancestor.
----@param records limax.row[] of the next generation
----@param parents limax.mating.parents
----@param newcomers integer in all islands
----@return integer[] rows of the new robots
-function mating.renew(records, parents, newcomers)
-  local rows, count = {}, {}
-  for i = #records, 1, -1 do
-    local record, pair = records[i], parents.pairs[i]
-    local home = record.island or 0
-    if record.origin == "bred" and (count[home] or 0) < newcomers then
+-- Replaces the last offspring of each island, or of the population, by new random robots, and sets
+-- the ages of all: the generations since the oldest ancestor. Returns the places of the new robots.
+local function renew(all, parents, newcomers)
+  local places, count = {}, {}
+  for i = #all, 1, -1 do
+    local row, pair = all[i], parents.pairs[i]
+    local home = row.island or 0
+    if row.origin == "bred" and (count[home] or 0) < newcomers then
       count[home] = (count[home] or 0) + 1
-      table.insert(rows, 1, i)
-      record.origin, record.age = "initial", 0
-      columns.of(record):set_parents(i)
+      table.insert(places, 1, i)
+      row.origin, row.age, row.parents = "initial", 0, nil
     else
-      record.age = 1 + math.max(parents.records[pair[1]].age or 0,
-        parents.records[pair[2]].age or 0)
+      row.age = 1 + math.max(parents.rows[pair[1]].age or 0, parents.rows[pair[2]].age or 0)
     end
   end
-  return rows
+  return places
+end
+
+--- The rows of the first generation.
+---@param world limax.world
+---@return limax.rows
+function mating.initial(world)
+  local all, islands = world:rows(0), world.config.islands
+  for i, row in ipairs(all) do
+    row.id, row.generation, row.origin = i, 0, "initial"
+    -- equal parts, in order
+    if islands then row.island = math.ceil(i * islands.count / world.config.population) end
+    if world.experiment.survival.ages then row.age = 0 end
+  end
+  return all
+end
+
+--- The generation after a scored one: its genomes and rows, whose bodies are still to be expressed.
+---@param world limax.world
+---@param robots limax.population.scored
+---@param decided limax.supervision.decided with `same_materials`: are they those of `robots`?
+---@param chosen { elites: integer[], parents: (integer|limax.archive.row)[][], homes: integer[]|nil }
+---@return limax.population.scored
+function mating.breed(world, robots, decided, chosen)
+  local materials = robots.materials
+  if not decided.same_materials then materials = world:materials_with(decided.fields) end
+  local parents, elites = parents_of(robots, chosen.parents), #chosen.elites
+  -- an elite keeps its score under the same materials, in the same trials
+  local keep = decided.same_materials and world.trials(robots.generation + 1) == robots.trials
+    and not robots.outdated
+  local all = rows_of(robots, elites, parents, keep, chosen.homes)
+  local rules = world:rules { materials = materials, parameters = decided.parameters,
+    state = robots.state }
+  local bred = genes.breed(rules, { generation = robots.generation + 1, elites = elites,
+    pairs = parents.pairs, parents = parents.engine, rows = all, parent_rows = parents.rows })
+  if world.experiment.survival.ages then
+    local places = renew(all, parents, world.experiment.survival.newcomers)
+    genes.initialize(rules, bred, places, robots.generation + 1)
+  end
+  if parents.engine ~= robots.engine then parents.engine:free() end
+  return generations.new(world, { generation = robots.generation + 1, rows = all, engine = bred,
+    materials = materials, parameters = decided.parameters, archive = robots.archive,
+    before = { state = robots.state, archive = robots.remembered,
+      scored_with = robots.scored_with }, decided = decided })
 end
 
 return mating

@@ -3,7 +3,8 @@
 --- with. The population itself does not change. SI units.
 
 local failure = require "limax.base.failure"
-local population = require "limax.evolution.population"
+local generations = require "limax.evolution.generation"
+local rows = require "limax.robot.rows"
 local schema = require "limax.engine.schema"
 local scoring = require "limax.robot.scoring"
 local state = require "limax.run.state"
@@ -66,35 +67,36 @@ function rescore.population(robots, setting, which)
   end
   for i = 1, #robots do mask[i] = which == nil end
   for k, i in ipairs(which or {}) do
-    if robots.records[i] == nil then
+    if robots.rows[i] == nil then
       failure.raise(2, ("rescore: robot %s of the list (place %d); the population has %d"):format(
         schema.show(i), k, #robots), 2)
     end
     mask[i] = true
   end
   local again, simulations, seconds =
-    population.simulate_again(robots, mask, robots.materials, options)
+    generations.again(robots, mask, robots.materials, options)
   local result = { fitness = {}, distance = {}, status = {}, time_step = {}, failed = 0,
     robots = 0, seconds = seconds, simulated = 0 }
   for i = 1, #robots do
     local robot = again[i]
     if robot then
-      local record = robot.record
+      local row = robot.row
       result.robots = result.robots + 1
-      for _, outcome in ipairs(record.trials or { record.outcome }) do
-        result.simulated = result.simulated + outcome.step * (outcome.time_step or 0)
+      for _, o in ipairs(rows.outcomes(row)) do
+        local step = o.time_step == o.time_step and o.time_step or 0
+        result.simulated = result.simulated + tonumber(o.step) * step
       end
-      result.status[i], result.time_step[i] = record.status, record.outcome.time_step
-      if record.status == "done" then
+      result.status[i], result.time_step[i] = row.status, row.outcome.time_step
+      if row.status == "done" then
         local value, _, message =
-          scoring.call(world.fitness.call, robot, state.copy(world.state))
+          scoring.call(world.fitness.call, robot, state.copy(robots.state or robots.before.state))
         result.distance[i], result.fitness[i] = robot:distance(), value
         if message then result.status[i] = "failed" end
       end
       if not result.fitness[i] then result.failed = result.failed + 1 end
     end
   end
-  population.free(simulations, "its robots had been scored again")
+  generations.free(simulations, "its robots had been scored again")
   return result
 end
 

@@ -17,20 +17,20 @@ local function call(what, own, ...)
   return first, second, third
 end
 
-local function random_of(run, generation, individual)
-  return engine.random(run.config.seed, run.repetition, "selection", generation, individual)
+local function random_of(world, generation, individual)
+  return engine.random(world.config.seed, world.repetition, "selection", generation, individual)
 end
 
 -- The robots of a population or an island that go on, and the pool from which parents are chosen.
 -- An own loop may name the former.
-local function survive(run, robots, generation, parameters, named)
+local function survive(world, robots, generation, parameters, named)
   if named then return mating.check_scored(robots, named, "breed: elites"), robots end
   local ranking = mating.ranking(robots)
-  local survivors, parents = call("the survival", run.experiment.survival.call, robots,
-    random_of(run, generation, robots.island and run.config.population + robots.island or 0),
-    run.world.state, source.copy(parameters))
+  local survivors, parents = call("the survival", world.experiment.survival.call, robots,
+    random_of(world, generation, robots.island and world.config.population + robots.island or 0),
+    robots.state, source.copy(parameters))
   mating.check_unchanged(robots, ranking, "the survival")
-  local place = source.place(run.config.survival)
+  local place = source.place(world.config.survival)
   local what = place and ("survival (%s)"):format(place) or "survival"
   if survivors == nil then
     failure.raise(1, what .. " returned nil, expected a list of indices, which may be empty; does"
@@ -50,18 +50,17 @@ local function survive(run, robots, generation, parameters, named)
   return survivors, mating.pool(robots, parents, has_rows)
 end
 
---- Chooses for the next generation.
----@param run limax.run
+--- Chooses for the next generation; what an own loop chose comes first.
+---@param world limax.world
 ---@param robots limax.population.scored
----@param generation integer the next one
----@param parameters table<string, number> of the next one
----@param choice { elites?: integer[], parents?: integer[][] } of an own loop
----@return integer[] elites
----@return (integer|limax.archive.row)[][] parents a pair per robot of the next generation
----@return integer[]|nil homes the island of each of these robots
-function select.elites_and_parents(run, robots, generation, parameters, choice)
-  local config, own = run.config, source.place(run.config.selection)
-  local selection, random = run.experiment.selection, nil
+---@param decided limax.supervision.decided
+---@return { elites: integer[], parents: (integer|limax.archive.row)[][], homes: integer[]|nil } a
+--- pair of parents, and an island, per robot of the next generation
+function select.choose(world, robots, decided)
+  local generation, parameters, choice =
+    robots.generation + 1, decided.parameters, robots.choice or {}
+  local config, own = world.config, source.place(world.config.selection)
+  local selection, random = world.experiment.selection, nil
   local place = own and (" (%s)"):format(own) or ""
   local elites, parents, homes
   local rankings = {}
@@ -69,12 +68,12 @@ function select.elites_and_parents(run, robots, generation, parameters, choice)
     rankings[pool] = rankings[pool] or mating.ranking(pool)
     if not own then
       -- one of the library takes no time, and keeps no stream: all children share the object
-      random = random or random_of(run, generation, child)
+      random = random or random_of(world, generation, child)
       random.key.individual, random.draw = child, 0
       return mating.chosen(pool, child, place, selection(pool, random))
     end
     return mating.chosen(pool, child, place, call("the selection", selection, pool,
-      random_of(run, generation, child), run.world.state))
+      random_of(world, generation, child), robots.state))
   end
   if config.islands then
     if choice.elites or choice.parents then
@@ -82,17 +81,17 @@ function select.elites_and_parents(run, robots, generation, parameters, choice)
         .. " survival and selection; leave them out")
     end
     elites, parents, homes = islands.select(robots, config.islands, generation, { choose = choose,
-      survive = function(view) return survive(run, view, generation, parameters) end,
-      random = random_of(run, generation, config.population + config.islands.count + 1) })
+      survive = function(view) return survive(world, view, generation, parameters) end,
+      random = random_of(world, generation, config.population + config.islands.count + 1) })
   else
     local pool
-    elites, pool = survive(run, robots, generation, parameters, choice.elites)
+    elites, pool = survive(world, robots, generation, parameters, choice.elites)
     parents = mating.pairs(pool, #robots, elites, choice.parents, choose)
   end
   for pool, ranking in pairs(rankings) do
     mating.check_unchanged(pool, ranking, "the selection")
   end
-  return elites, parents, homes
+  return { elites = elites, parents = parents, homes = homes }
 end
 
 return select

@@ -4,7 +4,6 @@
 
 local budget = require "limax.experiment.budget"
 local defaults = require "limax.settings.defaults"
-local exchange = require "limax.base.exchange"
 local rescore = require "limax.evolution.rescore"
 local tiers = require "limax.settings.tiers"
 
@@ -17,10 +16,10 @@ local CHEAP = { preview = true, evolve = true }
 
 -- Is this generation checked?
 local function applies(run, robots)
-  if not CHEAP[tiers.of(run.config.simulation)] then return false end
+  if not CHEAP[tiers.of(run.world.config.simulation)] then return false end
   -- an own loop may have scored by another fitness than the one that scores again
   if robots.scored_by ~= run.world.fitness then return false end
-  if robots.generation > 0 and budget.allows_another(run.config, robots.generation + 1,
+  if robots.generation > 0 and budget.allows_another(run.world.config, robots.generation + 1,
     run.evaluations + robots.evaluations) then
     return false
   end
@@ -57,16 +56,16 @@ local function compare(robots)
 end
 
 --- Warns where the best robots of a run's first or last generation lose fitness at half of their
---- time step. On ranks all of them call it.
+--- time step.
 ---@param run limax.run
 ---@param robots limax.population.scored scored, and not in the history yet
 function step_check.look(run, robots)
   if not applies(run, robots) then return end
-  local sums = exchange.first(function() return compare(robots) end)
+  local sums = compare(robots)
   if sums.count == 0 or sums.before - sums.after <= LOSS * math.abs(sums.before) then return end
   -- the steps of stiff bodies may be those of `publish` already
   local tier = defaults.tiers.publish.time_step_most <= sums.step / 2 and "publish" or "reference"
-  run:say(("at half of the time step the best %d robots of generation %d score %.4g in the mean"
+  run.world.say(("at half of the time step the best %d robots of generation %d score %.4g in the mean"
     .. " instead of %.4g: take simulation.accuracy = \"%s\", for about %.1f times the time"):format(
     sums.count, robots.generation, sums.after / sums.count, sums.before / sums.count, tier,
     math.max(1, sums.step / defaults.tiers[tier].time_step_most)), "step_check")

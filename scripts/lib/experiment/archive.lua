@@ -36,7 +36,7 @@ local archive = strict.module "limax.archive"
 --- that entered before (random is nil) all enter again.
 ---@field measure? fun(rows: limax.archive.row[]): table more than its size and best fitness, for
 --- metrics.jsonl
----@field appraise? fun(records: table[], rows: limax.archive.row[]) adds to the records of a scored
+---@field appraise? fun(robots: limax.row[], rows: limax.archive.row[]) adds to the robots of a scored
 --- generation, before any of them enters
 ---@field reference? number[] of the objectives
 ---@field islands? integer their number, where each has its own cells

@@ -14,18 +14,18 @@ local batch = {}
 ---@field materials limax.materials the empty one first
 ---@field parameters table<string, number> mutation_rate, mutation_scale, crossover_rate
 ---@field state table|nil of the experiment's functions
----@field records table[] of all robots, in a mutation or crossover
+---@field rows limax.row[] of all robots, in a mutation or crossover
 local methods = strict.methods "robots"
 
 batch.GENES_ONLY = "a body depends on its genes only, because elites are expressed again"
 
 local FIELDS = { generation = true, lattice = true, materials = true,
-  parameters = true, state = true, records = true, parent_records = true, parts = true }
+  parameters = true, state = true, rows = true, parent_rows = true, parts = true }
 
 local class = {}
 
 -- What elites, which are expressed again in later generations, would not find as it was.
-local NOT_OF_GENES = { generation = true, parameters = true, state = true, records = true }
+local NOT_OF_GENES = { generation = true, parameters = true, state = true, rows = true }
 
 function class.__index(self, key)
   if type(key) == "number" then return nil end -- the end of the list

@@ -7,7 +7,7 @@ local sorting = require "limax.base.sorting"
 local front = {}
 
 --- Points in which larger is better.
----@param list { objectives: number[] }[] records or rows
+---@param list { objectives: number[] }[] robots or rows of an archive
 ---@param objectives limax.measure[]
 ---@return number[][]
 function front.points(list, objectives)
@@ -92,7 +92,7 @@ function front.hypervolume(points, reference)
   return (#reference == 2 and area or volume)(above)
 end
 
---- Size and hypervolume of the front of records or rows.
+--- Size and hypervolume of the front of robots, or of rows of an archive.
 ---@param list { objectives: number[] }[]
 ---@param objectives limax.measure[]
 ---@param reference number[]|nil in the objectives' own signs

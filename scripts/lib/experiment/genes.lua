@@ -27,7 +27,7 @@ local function call(what, own, rules, population, rows, fields)
   local phase = PHASE[fields.phase] -- none in an express
   local robots = batch.new(rows, { generation = fields.generation, lattice = rules.lattice,
     materials = rules.materials, parameters = phase and rules.parameters,
-    records = fields.records, parent_records = fields.parent_records,
+    rows = fields.rows, parent_rows = fields.parent_rows,
     parts = { state = rules.state, population = population, pairs = fields.pairs,
       parents = fields.parents,
       seed = rules.seed, repetition = rules.repetition, device = rules.device,
@@ -77,8 +77,8 @@ end
 ---@field elites integer number of robots that are copied, which come first
 ---@field pairs integer[][] two indices into the parents for each robot
 ---@field parents limax.population of the engine
----@field records table[] of the offspring
----@field parent_records table[]
+---@field rows limax.row[] of the offspring
+---@field parent_rows limax.row[]
 
 --- Breeds a population: elites are copies, the others cross and mutate.
 ---@param rules limax.genes.rules
@@ -99,7 +99,7 @@ function genes.breed(rules, plan)
   local rows = rows_of(plan.elites + 1, population.count)
   local function apply(phase, own)
     call("the " .. phase, own, rules, population, rows, { phase = phase,
-      generation = plan.generation, records = plan.records, parent_records = plan.parent_records,
+      generation = plan.generation, rows = plan.rows, parent_rows = plan.parent_rows,
       pairs = plan.pairs, parents = plan.parents })
   end
   if crossover.call then apply("crossover", crossover.call) end

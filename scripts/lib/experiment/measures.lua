@@ -4,7 +4,7 @@
 
 local choice = require "limax.base.choice"
 local failure = require "limax.base.failure"
-local run_files = require "limax.settings.run_files"
+local record_rules = require "limax.settings.record_rules"
 local schema = require "limax.engine.schema"
 local suggest = require "limax.engine.suggest"
 
@@ -25,14 +25,14 @@ local function muscles(robot)
     muscles_of[materials] = names
   end
   local sum = 0
-  local counts = robot.record.body.counts
-  for _, name in ipairs(muscles_of[materials]) do sum = sum + (counts[name] or 0) end
+  local counts = robot.body.count
+  for _, name in ipairs(muscles_of[materials]) do sum = sum + (rawget(counts, name) or 0) end
   return sum
 end
 
 local function lattice_size(robot)
   local sum = 0
-  for _, count in pairs(robot.record.body.counts) do sum = sum + count end
+  for _, count in pairs(robot.body.count) do sum = sum + count end
   return sum
 end
 
@@ -51,11 +51,11 @@ measures.entries = {
   fitness = { unit = "that of the fitness", text = "the robot's score",
     of = function(robot) return robot.fitness end },
   voxels = { unit = "voxels", text = "of the body",
-    of = function(robot) return robot.record.body.voxels end },
+    of = function(robot) return robot.body.voxels end },
   voxel_share = { unit = "1", text = "voxels over those of the lattice", range = SHARE,
-    of = function(robot) return robot.record.body.voxels / lattice_size(robot) end },
+    of = function(robot) return robot.body.voxels / lattice_size(robot) end },
   muscle_share = { unit = "1", text = "muscles over voxels", range = SHARE,
-    of = function(robot) return muscles(robot) / robot.record.body.voxels end },
+    of = function(robot) return muscles(robot) / robot.body.voxels end },
   energy = { unit = "J", text = "positive work of the muscles", record = { energy = 200 },
     of = function(robot) return robot:energy().muscle_work end },
   -- what the robot's method of that name gives first
@@ -105,7 +105,7 @@ local function named(name)
   local entry = measures.entries[name]
   if entry then
     local function call(robot)
-      local returned = robot.record.measures and robot.record.measures[name]
+      local returned = (robot.measures or {})[name]
       return returned or over_trials(robot, entry.of)
     end
     if name == "fitness" then call = entry.of end
@@ -258,7 +258,7 @@ local function complaint(value)
   if type(value) ~= "number" then
     return schema.show(value) .. ", expected a number"
       .. (value == nil and "; does every path of the function end in `return`?" or ""), false
-  elseif value ~= value or math.abs(value) > run_files.LARGEST_SCORE then
+  elseif value ~= value or math.abs(value) > record_rules.LARGEST_SCORE then
     return tostring(value) .. ", expected a finite number up to 1e150", true
   end
 end
@@ -288,14 +288,14 @@ end
 
 --- What to report of descriptors that more than half of the robots have beyond their range.
 ---@param list limax.measure[]
----@param records table[]
+---@param rows limax.row[]
 ---@return string[]
-function measures.beyond(list, records)
+function measures.beyond(list, rows)
   local texts = {}
   for k, measure in ipairs(list) do
     local range, count, scored, least, most = measure.range, 0, 0, math.huge, -math.huge
-    for _, record in ipairs(range and records or {}) do
-      local value = record.fitness and record.descriptors[k]
+    for _, row in ipairs(range and rows or {}) do
+      local value = row.fitness and row.descriptors[k]
       if value then
         scored, least, most = scored + 1, math.min(least, value), math.max(most, value)
         if value < range[1] or value > range[2] then count = count + 1 end
@@ -310,20 +310,20 @@ function measures.beyond(list, records)
   return texts
 end
 
---- Adds to a robot's record what is measured of it.
+--- Adds to a robot's row what is measured of it.
 ---@param measured limax.measured
 ---@param robot limax.scored_robot
----@param record table
+---@param row limax.row
 ---@param state table|nil
 ---@return string|nil message
 ---@return boolean|nil excusable
 ---@return string|nil trace
-function measures.add(measured, robot, record, state)
+function measures.add(measured, robot, row, state)
   for _, kind in ipairs(KINDS) do
     if measured[kind] then
       local values, message, excusable, trace = values_of(measured[kind], robot, state)
       if message then return message, excusable, trace end
-      record[kind] = values
+      row[kind] = values
     end
   end
 end

@@ -53,8 +53,8 @@ function Robot:replay(options)
         .. 'gNNNN.json" }, the state after a generation, or a table')
     end
     local score, extra = call(replayed, state)
-    replayed.record.fitness = score
-    replayed.record.cases, replayed.record.measures = scoring.parts(extra)
+    replayed.row.fitness = score
+    replayed.row.cases, replayed.row.measures = scoring.parts(extra)
   end
   return replayed, description.score
 end

@@ -105,10 +105,10 @@ survival.entries.map_elites = {
   end,
 }
 
--- The records of the scored robots, best fitness first.
-local function scored_records(robots)
+-- The rows of the scored robots, best fitness first.
+local function scored_rows(robots)
   local list = {}
-  for k, index in ipairs(robots.ranked) do list[k] = robots.records[index] end
+  for k, index in ipairs(robots.ranked) do list[k] = robots.rows[index] end
   return list
 end
 
@@ -119,7 +119,7 @@ survival.entries.novelty = {
   make = function(options)
     return function(robots)
       local values = {}
-      for k, record in ipairs(scored_records(robots)) do values[k] = record.novelty end
+      for k, row in ipairs(scored_rows(robots)) do values[k] = row.novelty end
       return best_of_ranked(robots, sorting.descending(values), options.share, 1)
     end
   end,
@@ -140,7 +140,7 @@ survival.entries.nsga2 = {
     local wrong = front.wrong_reference(options)
     if wrong then return wrong end
     return function(robots)
-      local points = front.points(scored_records(robots), options.objectives)
+      local points = front.points(scored_rows(robots), options.objectives)
       return best_of_ranked(robots, (front.crowded_order(points)), options.share, 1)
     end
   end,
@@ -162,10 +162,10 @@ survival.entries.age_fitness = {
   make = function(options)
     return function(robots)
       local points = {}
-      for k, record in ipairs(scored_records(robots)) do
-        points[k] = { record.fitness, -(record.age or 0) }
+      for k, row in ipairs(scored_rows(robots)) do
+        points[k] = { row.fitness, -(row.age or 0) }
       end
-      -- the records are in the order of fitness, and the sort keeps it
+      -- the rows are in the order of fitness, and the sort keeps it
       local order = sorting.ascending((engine.pareto(points)))
       return best_of_ranked(robots, order, options.share, options.newcomers)
     end

@@ -11,6 +11,7 @@ local variation = strict.module "limax.variation"
 ---@class limax.variation.step one of these, or neither for the engine's own operator
 ---@field call? fun(robots: limax.batch) changes the genes of these robots
 ---@field none? boolean nothing is changed
+---@field adapts? boolean it writes a robot's `step_size`
 
 ---@class limax.variation.entry: limax.choice.entry
 ---@field make fun(options: table): limax.variation.step
@@ -58,7 +59,7 @@ variation.mutations.self_adaptive = {
   options = { rate = schema.number { value = 0.2, unit = "1", above = 0, maximum = 2,
     note = "some ten generations double or halve a step size" } },
   make = function(options)
-    return { call = function(robots)
+    return { adapts = true, call = function(robots)
       local size, before = robots.parts.population.genes, robots.parts.population:genomes_array()
       local first = robots.parameters.mutation_scale
       robots:mutate(nil, { mutation_scale = 1 })
@@ -66,11 +67,11 @@ variation.mutations.self_adaptive = {
       local old, new = before:pointer(), genes:pointer()
       for _, i in ipairs(robots) do
         local pair = robots.parts.pairs[i]
-        local one, other = robots.parent_records[pair[1]], robots.parent_records[pair[2]]
+        local one, other = robots.parent_rows[pair[1]], robots.parent_rows[pair[2]]
         local step = math.sqrt((one.step_size or first) * (other.step_size or first))
           * math.exp(options.rate * robots:random(i):normal())
         step = math.max(1e-6, math.min(100, step))
-        robots.records[i].step_size = step
+        robots.rows[i].step_size = step
         for g = (i - 1) * size, i * size - 1 do new[g] = old[g] + step * (new[g] - old[g]) end
       end
       robots.parts.population:set_genomes(genes)

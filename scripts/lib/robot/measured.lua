@@ -1,9 +1,9 @@
 --- measured.lua: what the measures of a simulated robot read: its outcome, as the engine has it,
 --- and which traces were recorded. SI units.
 
-local columns = require "limax.robot.columns"
 local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
+local rows = require "limax.robot.rows"
 
 local measured = {}
 
@@ -14,14 +14,14 @@ local function fail(pattern, ...) engine.fail(pattern:format(...)) end
 ---@param what string names the measure in a message
 ---@return ffi.cdata* limax_outcome
 function measured.outcome(self, what)
-  local record = self.record
-  local done = columns.done(record)
+  local row = self.row
+  local done = rows.done(row)
   if done then return done end
-  local outcome = record.outcome
+  local outcome = row.outcome
   local when = outcome and outcome.status == "diverged" and outcome.time
     and (" at t = %.4g s"):format(outcome.time) or ""
-  fail("robot %s has no %s: it is %s%s%s", record.id, what, record.status,
-    record.reason and " (" .. record.reason .. ")" or "", when)
+  fail("robot %s has no %s: it is %s%s%s", row.id, what, row.status,
+    row.reason and " (" .. row.reason .. ")" or "", when)
 end
 
 --- The experiment's `record` with one more entry, as a script writes it.

@@ -9,6 +9,7 @@ local output = require "limax.base.output"
 local plausible = require "limax.settings.plausible"
 local robot_file = require "limax.robot.robot_file"
 local robot_trials = require "limax.robot.robot_trials"
+local rows = require "limax.robot.rows"
 local schema = require "limax.engine.schema"
 local settings = require "limax.settings.settings"
 local suggest = require "limax.engine.suggest"
@@ -114,12 +115,12 @@ function prepared.parts(robot, options)
     options = resolved }
 end
 
---- A simulation that is ready to run; when it has ended, `result()` gives the record and the
+--- A simulation that is ready to run; when it has ended, `result()` gives the row and the
 --- context of a scored robot.
 ---@param robot table as of `parts`
 ---@param options? limax.robot.simulate_options
 ---@return limax.simulation
----@return fun(): table, limax.robot.context result
+---@return fun(): limax.row, limax.robot.context result
 function prepared.simulation(robot, options)
   local parts = prepared.parts(robot, options)
   local population, materials = parts.population, parts.materials
@@ -128,10 +129,7 @@ function prepared.simulation(robot, options)
   local simulation = engine.simulation(population, materials, parts.scene, parts.options,
     device_of((options or {}).device))
   return simulation, function()
-    local outcome = simulation:outcome(1)
-    return { id = description.id or 1, generation = description.generation or 0,
-      parents = description.parents or {}, origin = "hand", status = outcome.status,
-      reason = outcome.reason, outcome = outcome, body = body.record(population, 1, materials) },
+    return rows.by_hand(description, population, materials, simulation),
       { population = population, index = 1, simulation = simulation, materials = materials,
         scene = parts.scene:table(), options = parts.options, fitness = description.fitness }
   end

@@ -6,7 +6,7 @@ local body = require "limax.robot.body"
 local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
 local host = require "limax.host"
-local run_files = require "limax.settings.run_files"
+local record_rules = require "limax.settings.record_rules"
 local schema = require "limax.engine.schema"
 local settings = require "limax.settings.settings"
 local source = require "limax.base.source"
@@ -145,7 +145,7 @@ local check_fields = schema.fields {
   trials = schema.list(trial_rule, { expected = "a list of trials" }),
   fitness = schema.any,
   score = optional(number),
-  outcome = run_files.outcome,
+  outcome = record_rules.outcome,
   id = optional(count), generation = optional(count),
   parents = schema.list(count, { most = 2, expected = "a list of ids" }),
   origin = schema.text("[%w_ ]+", "a word"),

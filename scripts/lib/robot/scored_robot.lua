@@ -1,6 +1,6 @@
 --- scored_robot.lua: the `robot` that fitness, selection and supervisors see: its body, what its
---- simulation measured, and its traces. It reads its line of the population file and, as long as
---- that exists, the simulation. SI units; t = 0 is when actuation starts.
+--- simulation measured, and its traces. It reads its row and, as long as that exists, the
+--- simulation. SI units; t = 0 is when actuation starts.
 
 local body = require "limax.robot.body"
 local choice = require "limax.base.choice"
@@ -9,9 +9,9 @@ local measured = require "limax.robot.measured"
 local energy_balance = require "limax.robot.energy_balance"
 local engine = require "limax.engine"
 local prepared = require "limax.robot.prepared"
-local recorded = require "limax.robot.recorded"
 local robot_file = require "limax.robot.robot_file"
 local robot_trials = require "limax.robot.robot_trials"
+local rows = require "limax.robot.rows"
 local schema = require "limax.engine.schema"
 local strict = require "limax.engine.strict"
 local suggest = require "limax.engine.suggest"
@@ -41,7 +41,8 @@ local function fail(pattern, ...) engine.fail(pattern:format(...)) end
 --- trials only the robot itself. The robot's own measures are those of the first trial.
 ---@field genome any view of the genes, nil for a robot made by hand
 ---@field body limax.robot.body what it consists of
----@field record table its line of the run's population file
+---@field record table the same as a plain table, with `outcome` and `trials`
+---@field row limax.row
 ---@field context limax.robot.context population, simulation, scene and options
 local methods = strict.methods "robot"
 
@@ -54,51 +55,113 @@ local function gone(record, what)
     .. " generations; limax.start(experiment, { out = FOLDER }) keeps all", record.id, what)
 end
 
--- The key of the contexts of a generation.
-local CONTEXTS = {}
+-- The keys of a robot's generation, and of tables that were made of its row.
+local GENERATION, TABLES = {}, {}
 
 -- Fields that are made once, when they are first read.
 local made = {}
 
--- Of a robot of a generation, where those of all robots are made at the first read.
-function made.context(self)
-  local contexts = rawget(self, CONTEXTS)
-  return contexts and contexts[self.record[2]]
+--- Where a robot comes from. Traces need `simulation`, the genome needs `population`.
+---@class limax.robot.context
+---@field population? limax.population of the engine
+---@field index? integer in it
+---@field simulation? limax.simulation of the engine
+---@field materials limax.materials
+---@field scene table
+---@field options table settings of the simulation, with `record` and `edge`
+---@field fitness? any as robot files keep it
+---@field trials? limax.robot.context[] of each trial, where there are any
+
+-- Of a robot of a generation: what may end, and genomes that are read from a folder when they are
+-- needed, are taken from the generation.
+local Context = {}
+
+function Context.__index(context, key)
+  local robots = rawget(context, "robots")
+  if key == "population" then return robots.engine end
+  if key ~= "simulation" then return nil end
+  local simulations = (rawget(context, "traces") or robots.traces or {})[context.index]
+  return simulations and simulations[context.trial]
 end
 
-function made.body(self) return body.view(self.record.body) end
+-- Where robot i of a generation comes from; `other` has materials, options of each trial and traces
+-- that are not the generation's.
+local function context_of(robots, i, other)
+  local materials, config = other.materials or robots.materials, robots.world.config
+  local function context(k)
+    local trial = robots.trials[k]
+    return setmetatable({ robots = robots, index = i, trial = k, materials = materials,
+      scene = trial.scene, options = other.options and other.options[k] or trial.options,
+      traces = other.traces }, Context)
+  end
+  local whole = context(1)
+  whole.fitness = config.fitness
+  if config.trials then
+    whole.trials = {}
+    for k, trial in ipairs(robots.trials) do
+      whole.trials[k] = context(k)
+      whole.trials[k].materials = trial.engine_materials or materials
+    end
+  end
+  return whole
+end
+
+function made.context(self)
+  local robots = rawget(self, GENERATION)
+  return robots and context_of(robots, self.row[2], {})
+end
+
+function made.body(self) return body.view(self.row.body) end
 
 function made.genome(self)
-  if self.record.origin == "hand" then return nil end
+  if self.row.origin == "hand" then return nil end
   local population = self.context.population
-  if not population then
-    gone(self.record, "genome")
-  end
+  if not population then gone(self.row, "genome") end
   return population:genome(self.context.index)
 end
 
 function made.trials(self)
-  local record, contexts = self.record, self.context.trials
+  local row, contexts = self.row, self.context.trials
   if not contexts then return { self } end
-  if not record.trials then
-    fail("robot %s has no trials yet: it has not been simulated", record.id)
+  if not row.outcome then
+    fail("robot %s has no trials yet: it has not been simulated", row.id)
   end
-  return robot_trials.each(record, self.context, scored_robot.new)
+  return robot_trials.each(row, self.context, scored_robot.new)
 end
 
 -- Fields that are computed from the outcomes.
 local computed = {}
 
-function computed.coarse(self) return robot_trials.is_coarse(self.record) end
+function computed.coarse(self) return rows.is_coarse(self.row) end
 
 function computed.undersampled(self)
-  return robot_trials.is_undersampled(self.record, self.context)
+  return robot_trials.is_undersampled(self.row, self.context)
+end
+
+function computed.record(self) return rows.record(self.row) end
+
+-- Fields that are tables: they are made of the row at the first read after it changed, so that
+-- scripts get the same one each time, and what they write into it stays theirs.
+local IS_TABLE = { parents = true, cases = true, measures = true, descriptors = true,
+  objectives = true, record = true }
+
+local function table_field(self, name)
+  local tables, stamp = rawget(self, TABLES), self.row[1].stamp
+  if not tables or tables.stamp ~= stamp then
+    tables = { stamp = stamp }
+    rawset(self, TABLES, tables)
+  end
+  if tables[name] == nil then
+    tables[name] = computed[name] and computed[name](self) or self.row[name]
+  end
+  return tables[name]
 end
 
 local class = {}
 
 function class.__index(self, key)
-  if of_record[key] then return recorded.field(self, key) end
+  if IS_TABLE[key] then return table_field(self, key) end
+  if of_record[key] then return self.row[key] end
   if computed[key] then return computed[key](self) end
   if made[key] then
     local value = made[key](self)
@@ -112,36 +175,47 @@ class.__newindex = strict.read_only("a robot", "a fitness returns its score and 
   .. " other values in a table of your own, by robot.id")
 
 function class.__tostring(self)
-  local record = self.record
-  local size = record.body.size
-  local fitness = record.fitness and (", fitness %.6g"):format(record.fitness) or ""
-  return ("robot %s: %s%s%s, %d voxels, %dx%dx%d, %.4g kg"):format(record.id, record.status,
-    record.reason and " (" .. record.reason .. ")" or "", fitness, record.body.voxels,
-    size[1], size[2], size[3], record.body.mass)
+  local row = self.row
+  local shape = row.body
+  local fitness = row.fitness and (", fitness %.6g"):format(row.fitness) or ""
+  return ("robot %s: %s%s%s, %d voxels, %dx%dx%d, %.4g kg"):format(row.id, row.status or "bred",
+    row.reason and " (" .. row.reason .. ")" or "", fitness, shape.voxels, shape.size[1],
+    shape.size[2], shape.size[3], shape.mass)
 end
 
---- Makes the object over a record, one line of a run's population file, and where it comes from.
----@param record table
+--- Makes the object of a row and where it comes from.
+---@param row limax.row
 ---@param context limax.robot.context
 ---@return limax.scored_robot
-function scored_robot.new(record, context)
-  return setmetatable({ record = record, context = context }, class)
+function scored_robot.new(row, context)
+  return setmetatable({ row = row, context = context }, class)
 end
 
---- The same of a robot of a generation.
----@param row limax.row
----@param contexts limax.robot.contexts
+--- Robot i of a generation.
+---@param robots limax.population.scored
+---@param i integer
 ---@return limax.scored_robot
-function scored_robot.of_row(row, contexts)
-  return setmetatable({ record = row, [CONTEXTS] = contexts }, class)
+function scored_robot.of(robots, i)
+  return setmetatable({ row = robots.rows[i], [GENERATION] = robots }, class)
+end
+
+--- Robot i of a generation as another simulation of it sees it.
+---@param row limax.row of that simulation
+---@param robots limax.population.scored
+---@param i integer in the generation
+---@param other { materials: limax.materials, options?: table[], traces: table } options of each
+--- trial; simulations by robot and trial
+---@return limax.scored_robot
+function scored_robot.again(row, robots, i, other)
+  return scored_robot.new(row, context_of(robots, i, other))
 end
 
 --- Was it simulated in several trials?
 ---@param robot limax.scored_robot
 ---@return boolean
 function scored_robot.has_trials(robot)
-  local contexts = rawget(robot, CONTEXTS)
-  if contexts then return contexts.have_trials end
+  local robots = rawget(robot, GENERATION)
+  if robots then return robots.world.config.trials ~= nil end
   return robot.context.trials ~= nil
 end
 
@@ -239,7 +313,7 @@ function methods:block(options)
   local outcome = measured.outcome(self, "block")
   local last = outcome.block_end
   if last[0] ~= last[0] then
-    fail("robot %s has no block: its scene does not name the effect 'block'", self.record.id)
+    fail("robot %s has no block: its scene does not name the effect 'block'", self.row.id)
   end
   local first = options.from == "middle" and outcome.block_middle or outcome.block_start
   local displacement = { last[0] - first[0], last[1] - first[1], last[2] - first[2] }
@@ -272,7 +346,7 @@ end
 
 --- Mass of the body, kg.
 ---@return number kg
-function methods:mass() return self.record.body.mass end
+function methods:mass() return self.row.body.mass end
 
 local function edge_of(self)
   return self.context.options.edge or defaults.fields.simulation.edge.value
@@ -281,7 +355,7 @@ end
 --- Longer horizontal side of the body at rest: one body length, m.
 ---@return number m
 function methods:length()
-  local size = self.record.body.size
+  local size = self.row.body.size
   return math.max(size[1], size[2]) * edge_of(self)
 end
 
@@ -301,7 +375,7 @@ function methods:trace(kind)
   local simulation = self.context.simulation
   if not simulation then
     fail("robot %s: its trace %q is gone: traces end when the population is bred; copy() keeps one",
-      self.record.id, kind)
+      self.row.id, kind)
   end
   return simulation:trace(self.context.index, kind)
 end
@@ -311,10 +385,8 @@ end
 --- All that is needed to simulate this robot again: the plain table that a robot file holds.
 ---@return limax.robot.description
 function methods:table()
-  local context, record = self.context, self.record
-  if not context.population then
-    gone(record, "body")
-  end
+  local context, record = self.context, rows.record(self.row)
+  if not context.population then gone(self.row, "body") end
   local description =
     robot_file.describe(context.population, context.index, context.materials, edge_of(self))
   description.scene, description.simulation = context.scene, context.options
@@ -330,7 +402,7 @@ end
 ---@param path string
 function methods:save(path) robot_file.write(path, self:table()) end
 
--- Record and context that one simulation of a robot gives.
+-- Row and context that one simulation of a robot gives.
 local function simulated(robot, options)
   local simulation, result = prepared.simulation(robot, options)
   simulation:run(type(options) == "table" and options.progress or nil)

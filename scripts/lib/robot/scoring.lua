@@ -4,7 +4,7 @@
 
 local choice = require "limax.base.choice"
 local failure = require "limax.base.failure"
-local run_files = require "limax.settings.run_files"
+local record_rules = require "limax.settings.record_rules"
 local schema = require "limax.engine.schema"
 
 local scoring = {}
@@ -14,7 +14,7 @@ scoring.most_failed = 0.1
 
 -- NaN is not equal to itself
 local function is_finite(value)
-  return value == value and math.abs(value) <= run_files.LARGEST_SCORE
+  return value == value and math.abs(value) <= record_rules.LARGEST_SCORE
 end
 
 -- A number that is not finite, or too large to be summed, and how a script gets one.
@@ -130,13 +130,12 @@ end
 ---@field call function the fitness
 ---@field ours boolean is it one of the library?
 ---@field robots table[] objects handed to the fitness
----@field records table[] their records; fitness, cases, measures, status and reason are written
---- here
+---@field rows limax.row[] theirs; fitness, cases, measures, status and reason are written here
 ---@field wanted boolean[] which robots to score
 ---@field generation integer
 ---@field state table|nil of the run's scripts
----@field measure? fun(robot: table, record: table): string|nil, boolean|nil, string|nil adds to the
---- record what an archive or a survival needs; message, excusable and trace of a failure
+---@field measure? fun(robot: table, row: limax.row): string|nil, boolean|nil, string|nil adds to
+--- the row what an archive or a survival needs; message, excusable and trace of a failure
 
 ---@class scoring.failure
 ---@field index integer of the robot
@@ -154,21 +153,21 @@ end
 ---@return scoring.failure[] failures for `scoring.judge`
 function scoring.score(request)
   local failures = {}
-  for i, record in ipairs(request.records) do
-    if request.wanted[i] and record.status == "done" then
+  for i, row in ipairs(request.rows) do
+    if request.wanted[i] and row.status == "done" then
       local value, extra, message, excusable, trace =
         scoring.call(request.call, request.robots[i], request.state, request.ours)
-      record.fitness = value
-      record.cases, record.measures = scoring.parts(extra)
+      row.fitness = value
+      row.cases, row.measures = scoring.parts(extra)
       local reason = "fitness"
       if not message and request.measure then
-        reason, message, excusable, trace = "measure", request.measure(request.robots[i], record)
+        reason, message, excusable, trace = "measure", request.measure(request.robots[i], row)
       end
       if message then
-        record.status, record.reason, record.fitness = "failed", reason, nil
+        row.status, row.reason, row.fitness = "failed", reason, nil
         local failed = { index = i, message = message, excusable = excusable, trace = trace }
         failures[#failures + 1] = failed
-        if is_fatal(failed, #failures, request.generation, #request.records) then break end
+        if is_fatal(failed, #failures, request.generation, #request.rows) then break end
       end
     end
   end
@@ -178,14 +177,14 @@ end
 --- Reports robots that failed in the fitness. Raises a failure with status 1 where the run must
 --- stop.
 ---@param failures scoring.failure[]
----@param records table[]
+---@param rows limax.row[]
 ---@param generation integer
 ---@param say fun(text: string, key: string) called for every robot that fails; `key` is the part of
 --- the text that names no robot and no generation
-function scoring.judge(failures, records, generation, say)
+function scoring.judge(failures, rows, generation, say)
   for n, failed in ipairs(failures) do
-    local id, message = records[failed.index].id, failed.message
-    local fatal = is_fatal(failed, n, generation, #records)
+    local id, message = rows[failed.index].id, failed.message
+    local fatal = is_fatal(failed, n, generation, #rows)
     if fatal and generation == 0 and not failed.excusable then
       failure.raise(1, ("robot %s of the first generation: %s"):format(id, failed.trace or message))
     end
@@ -193,7 +192,7 @@ function scoring.judge(failures, records, generation, say)
     if fatal then
       failure.raise(1, ("more than a tenth of generation %d (%d of %d robots so far) failed in"
         .. " the fitness, the first was robot %s, the last robot %s: %s"):format(generation, n,
-        #records, records[failures[1].index].id, id, message))
+        #rows, rows[failures[1].index].id, id, message))
     end
   end
 end

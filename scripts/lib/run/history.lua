@@ -63,8 +63,7 @@ local ALWAYS_KEPT = { repetition = true, generation = true, best = true, best_st
 ---@field on_disk fun(): boolean can it read the fields of an entry?
 ---@field metrics fun(generation: integer): table its line
 ---@field fields fun(generation: integer): table of the entry
----@field records fun(generation: integer): table[] of its robots
----@field build fun(entry: limax.generation, records: table[]): limax.population.scored
+---@field population fun(entry: limax.generation): limax.population.scored
 
 ---@class limax.history.entries makes the entries of a run
 ---@field source limax.history.source
@@ -90,8 +89,7 @@ function history.entries(source)
   local whole, old, unread = {}, {}, {}
   function whole.__index(entry, key)
     if key ~= "population" then return nil end
-    local population = populations[entry]
-      or source.build(entry, source.records(entry.generation))
+    local population = populations[entry] or source.population(entry)
     populations[entry] = population
     return population
   end

@@ -1,14 +1,11 @@
 --- resume.lua: continuing a run folder: how its configuration and scripts differ from the current
 --- ones, and which differences are refused.
 
+local config = require "limax.run.config"
 local failure = require "limax.base.failure"
 local flat = require "limax.base.flat"
-local folder_script = require "limax.run.folder_script"
 local host = require "limax.host"
-local run_configuration = require "limax.run.run_configuration"
-local run_folder = require "limax.run.run_folder"
-local script = require "limax.base.script"
-local shell = require "limax.base.shell"
+local run_folder = require "limax.run.folder"
 local source = require "limax.base.source"
 
 local resume = {}
@@ -20,9 +17,9 @@ local fixed_fields = { genome = true, islands = true, lattice = true, population
 -- Longest list of differing lines or fields that a message shows.
 local most_shown = 12
 
-local function flatten(config)
+local function flatten(made)
   local texts = {}
-  for name, value in pairs(config) do
+  for name, value in pairs(made) do
     if name ~= "run" then flat.add(value, name, texts, flat.text) end
   end
   return texts
@@ -74,7 +71,7 @@ local function add_script_changes(lines, folder, scripts)
       lines[#lines + 1] = ("  %s is new"):format(copy.file)
     elseif kept[copy.file] ~= copy.sha256 then
       lines[#lines + 1] = ("  %s has changed:"):format(copy.file)
-      local before = source.read(folder.path .. "/scripts/" .. copy.file) or ""
+      local before = source.read(("%s/%s/%s"):format(folder.path, folder:scripts_place(), copy.file)) or ""
       add_shortened(lines, line_differences(before, copy.text), "    ")
     end
   end
@@ -83,42 +80,15 @@ local function add_script_changes(lines, folder, scripts)
   end
 end
 
---- Runs the script of a folder: the original, else the copy in the folder, which needs trust.
----@param trust boolean|nil may a copy run?
----@return any value what it returns
----@return string path
----@return string|nil note
-function resume.run_script(folder, trust)
-  local run, inside = folder.config.run, host.file.absolute(folder.path) .. "/"
-  local original = type(run) == "table" and run.path
-  if type(original) ~= "string" or original:sub(1, 1) ~= "/" then
-    failure.raise(2, folder.path .. " was not started from a script that returns an experiment,"
-      .. " so it cannot be continued")
-  end
-  if run.own_loop then
-    failure.raise(2, ("%s was made by the loop of %s, and only that continues it: run\n  %s %s\n"
-      .. "with limax.start(experiment, { out = %q, resume = true }); if `resume = true` is new in"
-      .. " the script, also `changed = true`"):format(
-      folder.path, original, shell.program(), shell.path(original), folder.path))
-  end
-  -- a run that was continued with its copy has no other original
-  if host.file.absolute(original):sub(1, #inside) ~= inside
-    and host.file.exists(original) == "file" then
-    return script.run(original), original
-  end
-  local value, copy = folder_script.run(folder.path, run, trust, original .. " is gone")
-  return value, copy, ("%s is gone; continuing with the copy %s"):format(original, copy)
-end
-
 ---@class limax.resume.comparison
 ---@field changed boolean does anything differ?
 ---@field text string one line per difference
 
 -- Compares a run folder with the current experiment. Refuses what cannot be continued (status 2):
 -- any difference unless `allowed`, and one of `fixed_fields` always.
-local function compare(folder, config, scripts, allowed, switch)
+local function compare(folder, made, scripts, allowed, switch)
   local list, lines = {}, {}
-  for k, field in ipairs(resume.differences(folder.config, config)) do
+  for k, field in ipairs(resume.differences(folder.config, made)) do
     list[k] = ("%s: was %s, is %s"):format(field.path, field.before, field.now)
     local top = field.path:match "^[^%.]+"
     if fixed_fields[top] then
@@ -136,16 +106,16 @@ local function compare(folder, config, scripts, allowed, switch)
   return { changed = #lines > 0, text = text }
 end
 
---- Cuts a folder to its last complete generation and stores the current configuration.
+--- Cuts a folder to its last generation and stores the current configuration.
 ---@param options { repetition: integer|nil, overrides: string[]|nil, from: integer|nil } of the
 --- run; `from` is the last generation to keep
 ---@param allowed boolean may configuration and script differ?
 ---@param switch? string what would allow it
 ---@return limax.resume.comparison
 function resume.continue(folder, experiment, options, allowed, switch)
-  local config, scripts = run_configuration.of(experiment, options)
-  local comparison = compare(folder, config, scripts, allowed, switch)
-  folder:continue(config, scripts, comparison.changed, options.from)
+  local made, scripts = config.of(experiment, options)
+  local comparison = compare(folder, made, scripts, allowed, switch)
+  folder:continue(made, scripts, comparison.changed, options.from)
   return comparison
 end
 
@@ -164,7 +134,6 @@ function resume.open(path, experiment, repetition, allowed, from)
   end
   local comparison = resume.continue(folder, experiment,
     { repetition = repetition, from = from, own_loop = true }, allowed, "changed = true")
-  folder:status "running"
   return folder, comparison
 end
 

@@ -1,11 +1,11 @@
 --- donor.lua: the parameters of another run, for the controls `yoked`, `shuffled` and
 --- `constant_median`: does a supervisor help by its answers, or only because parameters vary? They
---- read metrics.jsonl and ledger.jsonl of a finished run and propose what was applied there.
+--- read a finished run and propose what was applied there.
 
 local choice = require "limax.base.choice"
 local engine = require "limax.engine"
 local host = require "limax.host"
-local run_files = require "limax.settings.run_files"
+local reader = require "limax.run.reader"
 local schema = require "limax.engine.schema"
 
 local donor = {}
@@ -30,34 +30,21 @@ donor.options = {
 
 local function fail(options, text) engine.fail(("supervisor: %s: %s"):format(options.run, text)) end
 
--- The lines of one repetition, by generation.
-local function lines_of(options, kind)
-  local lines, path = {}, ("%s/%s.jsonl"):format(options.run, kind)
-  for _, line in ipairs(run_files.lines(path, kind)) do
-    if line.repetition == options.repetition then lines[line.generation] = line end
-  end
-  if not lines[0] then
-    fail(options, ("has no repetition %d in %s.jsonl"):format(options.repetition, kind))
-  end
-  return lines
-end
-
 --- The run that `options` name; raises where it cannot be used.
 ---@param options { run: string, repetition: integer }
 function donor.read(options)
-  local config = run_files.config(options.run)
-  local status = run_files.document(options.run .. "/STATUS", "status")
-  if status.state ~= "done" then
-    fail(options, ("is not done (%s)"):format(status.state))
+  local from = reader.read(options.run)
+  local state = from.journal:state()
+  if state ~= "done" then fail(options, ("is not done (%s)"):format(state)) end
+  if from:last(options.repetition) < 0 then
+    fail(options, ("has no repetition %d"):format(options.repetition))
   end
-  local metrics, ledger = lines_of(options, "metrics"), lines_of(options, "ledger")
   local settings = {}
-  for generation = 1, #metrics do
-    settings[generation] = { parameters = metrics[generation].parameters,
-      materials = metrics[generation].materials }
+  for k, line in ipairs(from:lines("metrics", options.repetition)) do
+    settings[k - 1] = { parameters = line.parameters, materials = line.materials }
   end
-  return { run = options.run, repetition = options.repetition, config = config,
-    supervisor = ledger[0].supervisor, settings = settings }
+  return { run = options.run, repetition = options.repetition, config = from.config,
+    supervisor = from:line("ledger", options.repetition, 0).supervisor, settings = settings }
 end
 
 -- Runs must begin with equal values of these: changes per generation are limited.

@@ -23,27 +23,27 @@ local function judge(run, robots, proposal, reason, about)
   local materials = {}
   for i = 1, robots.materials.count do materials[i] = robots.materials:get(i) end
   local cost = function(fields)
-    local candidate = run:materials_with(fields)
-    local bound = run:bound(candidate)
+    local candidate = run.world:materials_with(fields)
+    local bound = run.world:bound(candidate)
     candidate:free()
     return bound
   end
   return ledger.judge { proposal = proposal, reason = reason, supervisor = about.supervisor,
-    source = about.source, limits = run.limits, parameters = robots.parameters,
-    materials = materials, first = run.first_fields, allowed = run.config.supervision,
-    cost = cost, first_step = run.first_step }
+    source = about.source, limits = run.world.limits, parameters = robots.parameters,
+    materials = materials, first = run.world.first_fields, allowed = run.world.config.supervision,
+    cost = cost, first_step = run.world.first_step }
 end
 
 -- Asks a supervisor that is a function of history.
 local function ask(run, robots, generation, random)
-  local supervisor = run.experiment.supervisor
+  local supervisor = run.world.experiment.supervisor
   local attempt, history = failure.attempt, run.history
   if supervisor.own then
     run.shown = run.shown or {}
     attempt, history = failure.attempt_user, shown.of(run.history, run.shown)
   end
-  local ok, proposal, reason = attempt(supervisor.call, history, random, run.limits,
-    run.world.state)
+  local ok, proposal, reason = attempt(supervisor.call, history, random, run.world.limits,
+    robots.state)
   local message
   if not ok then
     if failure.of_machine(proposal) then error(proposal, 0) end
@@ -52,7 +52,7 @@ local function ask(run, robots, generation, random)
     message = ("the supervisor returned %s, expected a table"):format(schema.show(proposal))
   end
   if message then
-    run:say(("before generation %d %s; parameters stay"):format(generation, message), message)
+    run.world.say(("before generation %d %s; parameters stay"):format(generation, message), message)
     proposal, reason = nil, message
   end
   local parameters, fields, record =
@@ -60,22 +60,25 @@ local function ask(run, robots, generation, random)
   return parameters, fields, record, message ~= nil
 end
 
---- Decides about the generation after `robots`: its parameters, the fields of its materials, its
---- ledger record, and numbers for timing.jsonl.
+---@class limax.supervision.decided
+---@field parameters table<string, number>
+---@field fields limax.material_fields
+---@field ledger table
+---@field numbers table for timing.jsonl
+---@field failed boolean|nil did the supervisor fail, so that its fallback or nobody decided?
+---@field state table|nil as the supervisor left it
+
+--- Decides about the generation after `robots`.
 ---@param run limax.run
 ---@param robots limax.population.scored
----@return table<string, number> parameters
----@return table<string, table<string, number>> fields
----@return table record
----@return table numbers
----@return boolean|nil failed did the supervisor fail, so that its fallback or nobody decided?
+---@return limax.supervision.decided
 function supervision.decide(run, robots)
-  local generation = robots.generation + 1
-  local random = engine.random(run.config.seed, run.repetition, "supervision", generation, 0)
+  local generation, world = robots.generation + 1, run.world
+  local random = engine.random(world.config.seed, world.repetition, "supervision", generation, 0)
   local parameters, fields, record, numbers, failed
   if run.session then
     parameters, fields, record, numbers = run.session:decide { generation = generation,
-      history = run.history, random = random, limits = run.limits,
+      history = run.history, random = random, limits = world.limits,
       judge = function(...) return judge(run, robots, ...) end }
     failed = numbers.fallen_back
   else
@@ -85,12 +88,13 @@ function supervision.decide(run, robots)
   for _, entry in ipairs(record.entries) do
     if entry.outcome == "rejected" then
       local message = ("the supervisor's %s was rejected: %s"):format(entry.field, entry.reason)
-      run:say(("before generation %d %s"):format(generation, message), message)
+      world.say(("before generation %d %s"):format(generation, message), message)
     end
   end
   local shares = ledger.shares(record)
   for name, value in pairs(numbers or {}) do shares[name] = value end
-  return parameters, fields, record, shares, failed
+  return { parameters = parameters, fields = fields, ledger = record, numbers = shares,
+    failed = failed, state = robots.state }
 end
 
 --- Counts the generations whose supervisor failed: how many of how many that it was asked for.

@@ -14,17 +14,17 @@ local function scaled(values, descriptors)
   return point
 end
 
--- Writes `novelty` into the records of robots with descriptors. A robot is no neighbour of itself,
+-- Writes `novelty` into the rows of robots with descriptors. A robot is no neighbour of itself,
 -- in the population or in the archive.
-local function write(records, rows, descriptors, k)
-  local points, ids, record_of = {}, {}, {}
+local function write(robots, rows, descriptors, k)
+  local points, ids, robot_of = {}, {}, {}
   for _, row in ipairs(rows) do
     points[#points + 1], ids[#ids + 1] = scaled(row.descriptors, descriptors), row.id
   end
-  for _, record in ipairs(records) do
-    if record.fitness and record.descriptors then
-      points[#points + 1], ids[#ids + 1] = scaled(record.descriptors, descriptors), record.id
-      record_of[#points] = record
+  for _, robot in ipairs(robots) do
+    if robot.fitness and robot.descriptors then
+      points[#points + 1], ids[#ids + 1] = scaled(robot.descriptors, descriptors), robot.id
+      robot_of[#points] = robot
     end
   end
   local search, most = neighbours.new(points, #descriptors), k + 2
@@ -33,13 +33,13 @@ local function write(records, rows, descriptors, k)
   for i = #rows + 1, #points do
     one.query = search.data + search.place[i] * search.stride
     search:nearest(one)
-    local record, sum, count = record_of[i], 0, 0
+    local robot, sum, count = robot_of[i], 0, 0
     for n = 0, one.count - 1 do
       if count < k and ids[search.order[one.indices[n] + 1]] ~= ids[i] then
         sum, count = sum + math.sqrt(one.found[n]), count + 1
       end
     end
-    record.novelty = count > 0 and sum / count or 0
+    robot.novelty = count > 0 and sum / count or 0
   end
 end
 
@@ -83,7 +83,7 @@ return function(options)
   end
   return {
     descriptors = options.descriptors,
-    appraise = function(records, rows) write(records, rows, options.descriptors, options.k) end,
+    appraise = function(robots, rows) write(robots, rows, options.descriptors, options.k) end,
     choose = function(rows, _, candidates, random)
       local list = enter(candidates, random)
       for k = #list, options.capacity + 1, -1 do list[k] = nil end

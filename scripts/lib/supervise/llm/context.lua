@@ -206,7 +206,7 @@ end
 local function robots(population, count)
   local list = {}
   for k = 1, math.min(count, #population.ranked) do
-    local record = population.records[population.ranked[k]]
+    local record = population.rows[population.ranked[k]]
     list[k] = { fitness = rounded(record.fitness),
       body = record.body.letters:gsub("\n\n", " "):gsub("\n", "/") .. "" }
   end

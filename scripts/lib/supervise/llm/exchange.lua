@@ -67,13 +67,13 @@ end
 ---@param tokens? number most estimated tokens, instead of the experiment's
 function Exchange:first(history, tokens)
   local run, most = self.run, tokens or self.tokens
-  local facts = { name = self.name, history = history, limits = run.limits,
-    allowed = run.config.supervision, first = run.first_fields, config = run.config }
+  local facts = { name = self.name, history = history, limits = run.world.limits,
+    allowed = run.config.supervision, first = run.world.first_fields, config = run.config }
   local schema, message
   self.form, schema = context.answer(facts)
   local own = {}
   if self.own then
-    own, message = own_holes(self.own, history, run.limits)
+    own, message = own_holes(self.own, history, run.world.limits)
     if not own then return nil, message end
   end
   local messages, count, level

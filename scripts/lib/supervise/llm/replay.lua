@@ -6,7 +6,7 @@ local exchange = require "limax.supervise.llm.exchange"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
 local prompt = require "limax.supervise.llm.prompt"
-local run_files = require "limax.settings.run_files"
+local reader = require "limax.run.reader"
 local source = require "limax.base.source"
 local supervisor = require "limax.supervise.llm.supervisor"
 local transcript = require "limax.supervise.llm.transcript"
@@ -22,7 +22,7 @@ local function raise(text, ...) failure.raise(2, 'supervisor "replay": ' .. text
 
 -- The recorded run's options that determine the questions.
 local function recorded_options(folder, options)
-  local config = run_files.config(folder)
+  local config = reader.read(folder).config
   local recorded = type(config.supervisor) == "table" and config.supervisor or {}
   local merged = { prompt = options.prompt }
   for _, name in ipairs { "context", "context_tokens" } do

@@ -131,7 +131,7 @@ end
 function Session:read(answer, note)
   local content = answer.content or ""
   local thought = not content:find "%S" and answer.reasoning
-  local parsed, message = self.parser:read(thought or content, self.run.limits)
+  local parsed, message = self.parser:read(thought or content, self.run.world.limits)
   if not parsed then
     note.stage, note.problems = "none", host.json.array { message }
     return nil, { message }

@@ -1,23 +1,20 @@
 --- outcome.lua: the one primary outcome of a run: the champion of its last generation, under the
 --- run's first materials, simulated again at `publish` and scored by the run's own fitness.
 
-local body = require "limax.robot.body"
 local engine = require "limax.engine"
 local experiments = require "limax.experiment.experiment"
 local failure = require "limax.base.failure"
 local fitness = require "limax.fitness"
-local folder_script = require "limax.run.folder_script"
 local folders = require "limax.tools.report.runs"
 local host = require "limax.host"
 local rescore = require "limax.evolution.rescore"
 local robot = require "limax.robot.robot"
 local robot_file = require "limax.robot.robot_file"
-local run_files = require "limax.settings.run_files"
 local scored_robot = require "limax.robot.scored_robot"
+local rows = require "limax.robot.rows"
 local scoring = require "limax.robot.scoring"
+local scripts = require "limax.run.scripts"
 local source = require "limax.base.source"
-local state = require "limax.run.state"
-local verify = require "limax.run.verify"
 
 local outcome = {}
 
@@ -25,9 +22,9 @@ local outcome = {}
 outcome.TEXT = "best_standard of the last generation, its champion simulated again at publish"
 local TIER = "publish"
 
--- The fitness of a configuration: by name, or the function of the run's script, which needs trust.
+-- The fitness of a configuration: by name, or the function of the run's script.
 -- `functions` are those of scripts by their folder, so that a script is run once.
-local function fitness_of(run, functions, trust)
+local function fitness_of(run, functions)
   local stored = run.config.fitness
   if type(stored) ~= "table" then return fitness.get(stored).call end
   if not stored["function"] then
@@ -36,8 +33,7 @@ local function fitness_of(run, functions, trust)
     return fitness.get(spec).call
   end
   if functions[run.path] then return functions[run.path] end
-  local experiment = folder_script.run(run.path, run.config.run, trust,
-    "its fitness is a function of its script, which scores the champions again")
+  local experiment = scripts.run_copy(run.folder)
   local call = experiments.is(experiment) and experiment.fitness.call
   if not call or source.of_function(call).sha256 ~= stored["function"].sha256 then
     failure.raise(2, ("%s: its fitness is a function that no script in it returns with its "
@@ -49,18 +45,23 @@ end
 
 -- The state of a script after a run's last generation; nil where it had none.
 local function state_of(run)
+  return run.folder:kept(run.repetition, run.lines[#run.lines].generation).state
+end
+
+-- The champion of a run's last generation, and the path of its file.
+local function champion_of(run)
   local line = run.lines[#run.lines]
-  local text = source.read(run.path .. "/" .. verify.place("state", run.repetition,
-    line.generation))
-  return text and state.decode(text)
+  local path = folders.champion(run, line)
+  local description, message = folders.description(run, line)
+  if not description then failure.raise_damaged(message) end
+  return description, path
 end
 
 -- Simulates a champion in the trials of its last generation, which its file holds.
 local function simulate_trials(run, device, values, calls)
-  local path = folders.champion(run, run.lines[#run.lines])
-  local description = run_files.about(path, robot_file.read, path)
+  local description, path = champion_of(run)
   description.materials = run.config.materials
-  local walked = run_files.about(path, robot.of, description):simulate { accuracy = TIER,
+  local walked = failure.about(path, robot.of, description):simulate { accuracy = TIER,
     device = device }
   if walked.status == "done" then values[run] = scoring.call(calls[run], walked, state_of(run)) end
 end
@@ -69,24 +70,26 @@ end
 local function simulate(list, device, values, calls)
   local config = list[1].config
   local stored = list[1].path .. "/config.json"
-  local materials = run_files.about(stored, engine.materials, config.materials)
-  local scene = run_files.about(stored, engine.scene, config.scene)
+  local materials = failure.about(stored, engine.materials, config.materials)
+  local scene = failure.about(stored, engine.scene, config.scene)
   local options = rescore.options(config, { accuracy = TIER })
   local robots = engine.population { lattice = config.lattice, count = #list }
   for i, run in ipairs(list) do
-    local path = folders.champion(run, run.lines[#run.lines])
-    local description = run_files.about(path, robot_file.read, path)
-    run_files.about(path, robot_file.place, robots, i, description, materials)
+    local description, path = champion_of(run)
+    failure.about(path, robot_file.place, robots, i, description, materials)
   end
   robots:check(materials, { require_muscle = false })
   local simulation = engine.simulation(robots, materials, scene, options, device)
   simulation:run()
+  local all, mask = rows.new({ letters = rows.letters(config.lattice) }, #list), {}
+  for i = 1, #list do
+    all[i].id, all[i].origin, mask[i] = i, "hand", true
+  end
+  rows.describe(all, robots, materials)
+  rows.settle(all, { simulation }, mask)
   for i, run in ipairs(list) do
-    local result = simulation:outcome(i)
-    if result.status == "done" then
-      local record = { id = 1, generation = 0, parents = {}, origin = "hand", status = "done",
-        outcome = result, body = body.record(robots, i, materials) }
-      values[run] = scoring.call(calls[run], scored_robot.new(record, { population = robots,
+    if all[i].status == "done" then
+      values[run] = scoring.call(calls[run], scored_robot.new(all[i], { population = robots,
         index = i, simulation = simulation, materials = materials, scene = config.scene,
         options = options, device = device }), state_of(run))
     end
@@ -94,14 +97,13 @@ local function simulate(list, device, values, calls)
 end
 
 --- The outcome of each run; a champion whose simulation fails at `publish` has none.
----@param options? { fitness?: function, trust?: boolean } the fitness of all of them, if the caller
---- has it; may scripts of the folders run?
+---@param options? { fitness?: function } the fitness of all of them, if the caller has it
 ---@return table<limax.compare.run, number>
 function outcome.measure(list, device, options)
   options = options or {}
   local values, groups, by_key, functions, calls = {}, {}, {}, {}, {}
   for _, run in ipairs(list) do
-    calls[run] = options.fitness or fitness_of(run, functions, options.trust)
+    calls[run] = options.fitness or fitness_of(run, functions)
     local config = run.config
     local key = host.json.encode { config.lattice, config.materials, config.scene,
       config.simulation, config.record }

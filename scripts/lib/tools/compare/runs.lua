@@ -14,9 +14,9 @@ local runs = {}
 function runs.of(list_of_folders)
   local list = {}
   for _, folder in ipairs(list_of_folders) do
-    if folder.status.state ~= "done" then
+    if folder.state ~= "done" then
       failure.raise(2, ("%s is not done (%s); only complete runs are compared"):format(folder.path,
-        folder.status.state))
+        folder.state))
     end
     for _, run in ipairs(folder.runs) do list[#list + 1] = run end
   end

@@ -11,7 +11,6 @@ local sheet = require "limax.draw.sheet"
 local host = require "limax.host"
 local robot = require "limax.robot.robot"
 local runs = require "limax.tools.report.runs"
-local scored_robot = require "limax.robot.scored_robot"
 local shell = require "limax.base.shell"
 local terminal = require "limax.base.terminal"
 local text_plot = require "limax.draw.text_plot"
@@ -27,10 +26,10 @@ local function champion_of(run, line)
     measures = line.measures or {} }
   local outcome = description.outcome
   if outcome and outcome.status == "done" then
-    local walked = scored_robot.new({ id = description.id, status = "done", outcome = outcome,
-      body = made.body }, { options = { edge = description.edge } })
-    best.distance, best.speed = walked:distance(), walked:speed()
-    best.lengths = best.speed / walked:length()
+    local first, last, size = outcome.center_start, outcome.center_end, made.body.size
+    best.distance = math.sqrt((last[1] - first[1]) ^ 2 + (last[2] - first[2]) ^ 2)
+    best.speed = best.distance / outcome.time
+    best.lengths = best.speed / (math.max(size[1], size[2]) * description.edge)
   end
   return best
 end

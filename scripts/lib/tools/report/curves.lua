@@ -62,7 +62,7 @@ end
 
 local function unfinished(arm)
   for _, run in ipairs(arm.runs) do
-    if run.status.state ~= "done" then return true end
+    if run.state ~= "done" then return true end
   end
   return false
 end

@@ -1,35 +1,18 @@
 --- earlier.lua: the robot that a command names: a robot file, the champion of a run folder, or any
---- robot of it by its id: its genes are in the population file of the
---- generation that it was new in, whose champion's file has the world it was simulated in.
+--- robot of it by its id: its genes are in the files of the generation that it was new in, whose
+--- champion's file has the world it was simulated in.
 
+local bytes = require "limax.base.bytes"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
-local npy = require "limax.base.npy"
-local output = require "limax.base.output"
 local robot = require "limax.robot.robot"
 local robot_of_genome = require "limax.experiment.robot_of_genome"
-local population_file = require "limax.run.population_file"
-local run_files = require "limax.settings.run_files"
+local rows = require "limax.robot.rows"
 local runs = require "limax.tools.report.runs"
 local shell = require "limax.base.shell"
-local source = require "limax.base.source"
 local stored = require "limax.tools.report.stored"
-local verify = require "limax.run.verify"
 
 local earlier = {}
-
--- The genes of robot `index` of a generation.
-local function genes_of(run, generation, index)
-  local path = run.path .. "/" .. verify.place("genomes", run.repetition, generation)
-  local text = source.read(path)
-  local array, message = npy.decode(text or "")
-  if not array then
-    failure.raise(1, text and ("%s %s"):format(path, message) or path .. " is missing")
-  end
-  local numbers, genes, size = npy.numbers(array), {}, array.shape[2]
-  for g = 1, size do genes[g] = numbers[(index - 1) * size + g] end
-  return genes
-end
 
 -- Refuses an encoding that only the script can express.
 local function check_encoding(run, encoding)
@@ -55,20 +38,15 @@ function earlier.robot(run, id)
       #run.lines * config.population))
   end
   check_encoding(run, config.genome.encoding)
-  local text, path = population_file.read(run.path, run.repetition, generation)
-  if not text and config.record_population == "best" then
-    failure.raise(1, ("%s is not kept: record.population = \"best\" keeps the champions (%s/r%02d/"
-      .. "champions); \"all\" or \"columns\" keeps all robots"):format(path, run.path,
-      run.repetition))
+  local row = run.folder:rows(run.repetition, generation)[index]
+  if not row or row.id ~= id then
+    failure.raise(1, ("%s has no robot %d in generation %d"):format(run.path, id, generation))
   end
-  local record = run_files.robots(text or "", path)[index]
-  if not record or record.id ~= id then
-    failure.raise(1, ("%s has no robot %d: the ids are those in %s"):format(run.path, id, path))
-  end
+  local record = rows.record(row)
   local description, message = runs.description(run, line)
   if not description then failure.raise(1, message) end
   local genome = config.genome
-  local body = robot_of_genome.describe { genome = genes_of(run, generation, index),
+  local body = robot_of_genome.describe { genome = bytes.unpack("float", run.folder:genomes(run.repetition, generation, index)),
     lattice = description.lattice, materials = description.materials, edge = description.edge,
     encoding = stored.spec_of(genome.encoding), features = genome.features, sigma = genome.sigma,
     hidden = genome.hidden, initial_scale = genome.initial_scale, seed = config.seed,
@@ -93,7 +71,6 @@ local function source_of(word, id)
     return word, shell.path(word)
   end
   local folder = runs.read(word)
-  output.warn(verify.warning(word) or "")
   if #folder.runs == 0 then failure.raise(1, word .. ": no generation has been scored yet") end
   local leading = runs.leading(folder.runs)
   if id then return earlier.robot(leading, id), ("robot %d of %s"):format(id, shell.path(word)) end

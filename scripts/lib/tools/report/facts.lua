@@ -45,7 +45,7 @@ function facts.final(list)
         most = math.max(most, runs.score(line) or -math.huge)
       end
       local none = "-"
-      local row = { arm.name, run.seed, run.repetition, run.status.state,
+      local row = { arm.name, run.seed, run.repetition, run.state,
         #run.lines, run.evaluations, runs.score(first) or none, runs.score(last) or none,
         most > -math.huge and most or none, last.mean or none,
         last.diversity.all and last.diversity.all.hamming or none, failed,
@@ -198,7 +198,7 @@ function facts.accuracy(folders)
     for _, run in ipairs(folder.runs) do
       for _, line in ipairs(run.lines) do coarse = coarse + (line.coarse or 0) end
     end
-    local sessions = folder.environment.sessions
+    local sessions = folder.sessions
     local measured = #sessions > 0 and tiers.measured_in(sessions[#sessions])
     rows[k] = { folder.path, setting, coarse,
       tier and tiers.price(measured and measured[tier]) or "no tier as a whole" }
@@ -213,7 +213,7 @@ end
 function facts.machines(folders)
   local rows = {}
   for _, folder in ipairs(folders) do
-    for _, session in ipairs(folder.environment.sessions) do
+    for _, session in ipairs(folder.sessions) do
       local device, machine = session.device, session.machine
       rows[#rows + 1] = { folder.path, session.started, session.version,
         device.gpus and device.gpus[1] and device.gpus[1].name or device.cpu or "",

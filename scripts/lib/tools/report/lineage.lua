@@ -1,8 +1,7 @@
---- lineage.lua: the ancestors of a champion, from the parents in the population files, and the line
+--- lineage.lua: the ancestors of a champion, from the parents of all robots, and the line
 --- from generation 0 through the better parent of each.
 
-local population_file = require "limax.run.population_file"
-local run_files = require "limax.settings.run_files"
+local rows = require "limax.robot.rows"
 local runs = require "limax.tools.report.runs"
 
 local lineage = {}
@@ -14,13 +13,13 @@ local lineage = {}
 ---@field parents integer[]
 ---@field body { hash: string, voxels: integer }
 
--- Every robot of a repetition by id, as it first appeared. A file may be missing.
+-- Every robot of a repetition by id, as it first appeared. Not all generations may be kept.
 local function robots_of(run)
   local by_id = {}
   for _, line in ipairs(run.lines) do
-    local text, path = population_file.read(run.path, run.repetition, line.generation)
-    for _, robot in ipairs(run_files.robots(text or "", path)) do
-      by_id[robot.id] = by_id[robot.id] or robot
+    local there = run.folder:has_robots(run.repetition, line.generation)
+    for _, row in ipairs(there and run.folder:rows(run.repetition, line.generation) or {}) do
+      by_id[row.id] = by_id[row.id] or rows.record(row)
     end
   end
   return by_id

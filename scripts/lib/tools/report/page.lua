@@ -188,8 +188,7 @@ end
 local function comparison(folders, list, options)
   if #list < 2 or options.robots == false then return "" end
   local fine, text = failure.attempt(function()
-    local outcomes = outcome.measure(compared.of(folders), engine.device(options.device or "cpu"),
-      { trust = options.trust })
+    local outcomes = outcome.measure(compared.of(folders), engine.device(options.device or "cpu"))
     return tables.text(verdict.compare(list, outcomes),
       { color = false, ascii = true, width = COMPARISON })
   end)
@@ -220,7 +219,7 @@ end
 local function state_text(folders)
   local texts, by_state = {}, {}
   for k, folder in ipairs(folders) do
-    local state = tostring(folder.status.state)
+    local state = folder.state
     texts[k] = ("%s (%s)"):format(folder.path, state)
     by_state[state] = (by_state[state] or 0) + 1
   end
@@ -261,7 +260,6 @@ end
 ---@class limax.report.options
 ---@field device? string|limax.device that simulates the robots for their replays
 ---@field robots? boolean false leaves robots out
----@field trust? boolean may scripts of the run folders run, for the comparison?
 ---@field say? fun(text: string)
 
 --- The text of a report.

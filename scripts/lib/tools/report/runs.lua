@@ -5,29 +5,27 @@
 local arms = require "limax.tools.report.arms"
 local choice = require "limax.base.choice"
 local failure = require "limax.base.failure"
+local files = require "limax.run.files"
 local fitness = require "limax.fitness"
 local host = require "limax.host"
-local run_folder = require "limax.run.run_folder"
+local reader = require "limax.run.reader"
 local robot_file = require "limax.robot.robot_file"
-local run_files = require "limax.settings.run_files"
 local schema = require "limax.engine.schema"
 local source = require "limax.base.source"
+local study_file = require "limax.run.study_file"
 local supervision = require "limax.supervise.supervision"
 local terminal = require "limax.base.terminal"
-local verify = require "limax.run.verify"
 
 local runs = {}
 
---- The file in which a study lists its run folders.
-runs.STUDY = "study.json"
-
 ---@class limax.report.run one repetition of a run folder
 ---@field path string of its folder
+---@field folder limax.run.reader
 ---@field name string of the experiment
 ---@field seed string
 ---@field repetition integer
 ---@field config table
----@field status table of STATUS
+---@field state "running"|"done"|"stopped"|"failed"
 ---@field lines table[] metrics, generation by generation
 ---@field ledger table[] likewise
 ---@field timing table[] likewise
@@ -39,19 +37,11 @@ runs.STUDY = "study.json"
 ---@class limax.report.folder
 ---@field path string
 ---@field config table
----@field status table
----@field environment table
+---@field state "running"|"done"|"stopped"|"failed"
+---@field message string|nil why it failed
+---@field sessions table[] the processes that wrote it: lines `begin` of its journal
+---@field reader limax.run.reader
 ---@field runs limax.report.run[] those that have a generation
-
--- The lines of a file by repetition.
-local function lines_of(path, kind)
-  local by_repetition = {}
-  for _, line in ipairs(run_files.lines(("%s/%s.jsonl"):format(path, kind), kind)) do
-    by_repetition[line.repetition] = by_repetition[line.repetition] or {}
-    table.insert(by_repetition[line.repetition], line)
-  end
-  return by_repetition
-end
 
 -- The supervisor whose parameters a run repeats, as its ledger names it.
 local function donor_of(ledger)
@@ -62,30 +52,23 @@ local function donor_of(ledger)
 end
 
 --- Is this path a run folder?
-runs.is_folder = run_folder.is_run
+runs.is_folder = reader.is_run
 
 --- A run folder as it is now. Ends the command where a file is damaged.
 ---@return limax.report.folder
 function runs.read(path)
-  local config
-  config, path = run_folder.read_config(path)
+  local read = reader.read(path)
+  local config, state, message = read.config, read.journal:state()
   config.name = terminal.word(config.name)
-  -- absent in a run that was just begun
-  local has_environment = host.file.exists(path .. "/environment.json")
-  local folder = { path = path, config = config, runs = {},
-    status = run_files.document(path .. "/STATUS", "status"),
-    environment = has_environment and run_files.document(path .. "/environment.json", "environment")
-      or { sessions = {} } }
-  local metrics, ledger = lines_of(path, "metrics"), lines_of(path, "ledger")
-  local timing = lines_of(path, "timing")
-  for _, repetition in ipairs(choice.sorted_keys(metrics)) do
-    local evaluations = 0
-    for _, line in ipairs(metrics[repetition]) do evaluations = evaluations + line.evaluations end
-    table.insert(folder.runs, { path = path, name = config.name,
-      config = config, seed = tostring(config.seed), repetition = repetition,
-      status = folder.status, lines = metrics[repetition], ledger = ledger[repetition] or {},
-      timing = timing[repetition] or {}, evaluations = evaluations, before = 0,
-      donor = donor_of(ledger[repetition]) })
+  local folder = { path = read.path, config = config, runs = {}, state = state, message = message,
+    sessions = read.journal.begins, reader = read }
+  for _, repetition in ipairs(read:repetitions()) do
+    local ledger = read:lines("ledger", repetition)
+    table.insert(folder.runs, { path = read.path, folder = read, name = config.name,
+      config = config, seed = tostring(config.seed), repetition = repetition, state = state,
+      lines = read:lines("metrics", repetition), ledger = ledger,
+      timing = read:lines("timing", repetition), evaluations = read:evaluations(repetition),
+      before = 0, donor = donor_of(ledger) })
   end
   return folder
 end
@@ -93,12 +76,11 @@ end
 -- Adds the runs of a study that have begun, with their entries in the study. With `whole` all must
 -- be done.
 local function add_study(list, word, whole)
-  local path, missing = word .. "/" .. runs.STUDY, 0
-  local study = run_files.document(path, "study")
+  local study, missing = study_file.read(word), 0
   for _, entry in ipairs(study.runs) do
     local begun = runs.is_folder(word .. "/" .. entry.path)
     local folder = begun and runs.read(word .. "/" .. entry.path)
-    if not begun or folder.status.state ~= "done" then missing = missing + 1 end
+    if not begun or folder.state ~= "done" then missing = missing + 1 end
     for _, run in ipairs(begun and folder.runs or {}) do
       run.arm, run.before = entry.arm, entry.tuning_evaluations or 0
       run.donor = entry.donor or run.donor
@@ -119,7 +101,7 @@ function runs.read_all(words, whole)
   local list = {}
   for _, word in ipairs(words) do
     word = #word > 1 and word:gsub("/+$", "") or word
-    if host.file.exists(word .. "/" .. runs.STUDY) == "file" then
+    if study_file.exists(word) then
       add_study(list, word, whole)
     else
       list[#list + 1] = runs.read(word)
@@ -251,7 +233,7 @@ end
 --- The robot file of a generation's champion.
 ---@param line table of metrics
 function runs.champion(run, line)
-  return run.path .. "/" .. verify.place("champion", run.repetition, line.generation)
+  return run.path .. "/" .. files.place("champion", run.repetition, line.generation)
 end
 
 --- The champion of a generation as its robot file describes it; nil, message where the file is
@@ -262,7 +244,8 @@ end
 function runs.description(run, line)
   local path = runs.champion(run, line)
   if not host.file.exists(path) then return nil, path .. " is missing" end
-  return run_files.about(path, robot_file.read, path)
+  run.folder:file("champion", run.repetition, line.generation)
+  return failure.about(path, robot_file.read, path)
 end
 
 --- Unit and description of the fitness of a configuration. A function of a script has no unit.

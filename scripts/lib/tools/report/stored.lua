@@ -3,13 +3,10 @@
 
 local archive = require "limax.archive"
 local archived = require "limax.evolution.archived"
+local failure = require "limax.base.failure"
 local front = require "limax.experiment.front"
-local population_file = require "limax.run.population_file"
-local run_files = require "limax.settings.run_files"
 local sorting = require "limax.base.sorting"
-local source = require "limax.base.source"
 local survival = require "limax.survival"
-local verify = require "limax.run.verify"
 
 local stored = {}
 
@@ -39,26 +36,21 @@ end
 local function definition_of(run, field, library)
   local value = run.config[field]
   if type(value) ~= "table" or value["function"] then return nil end
-  return run_files.about(run.path .. "/config.json", library.get,
+  return failure.about(run.path .. "/config.json", library.get,
     stored.spec_of(value))
 end
 
-local function archive_file(run, generation)
-  local path = run.path .. "/" .. verify.place("archive", run.repetition, generation)
-  return source.read(path) or "", path
-end
-
--- The robots of a generation; none where the file is missing.
+-- The robots of a generation; none where they are not kept.
 local function robots_of(run, generation)
-  local text, path = population_file.read(run.path, run.repetition, generation)
-  return run_files.robots(text or "", path)
+  if not run.folder:has_robots(run.repetition, generation) then return {} end
+  return run.folder:rows(run.repetition, generation)
 end
 
 -- The rows of an archive at the end; `visit` is called with those after each generation.
 local function replay(run, definition, visit)
-  local kept = archived.new(definition, run.config.seed, run.repetition)
+  local kept
   for _, line in ipairs(run.lines) do
-    kept:replay(line.generation, archive_file(run, line.generation))
+    kept = archived.replay(kept, definition, line.generation, robots_of(run, line.generation))
     if visit then visit(line.generation, kept.rows) end
   end
   return kept.rows
@@ -73,8 +65,8 @@ function stored.add_letters(run, rows)
     local row = rows[at]
     if count > MOST_LETTERS then return end
     files[row.generation] = files[row.generation] or robots_of(run, row.generation)
-    local record = files[row.generation][row.index]
-    row.letters = record and record.id == row.id and record.body.letters or nil
+    local robot = files[row.generation][row.index]
+    row.letters = robot and robot.id == row.id and robot.letters or nil
     count = count + #(row.letters or "")
   end
 end
@@ -110,10 +102,10 @@ end
 -- The scored robots of a generation as rows.
 local function population_rows(run, generation)
   local rows = {}
-  for k, record in ipairs(robots_of(run, generation)) do
-    if record.objectives and record.fitness then
-      rows[#rows + 1] = { id = record.id, generation = generation, index = k,
-        fitness = record.fitness, objectives = record.objectives }
+  for k, robot in ipairs(robots_of(run, generation)) do
+    if robot.objectives and robot.fitness then
+      rows[#rows + 1] = { id = robot.id, generation = generation, index = k,
+        fitness = robot.fitness, objectives = robot.objectives }
     end
   end
   return rows

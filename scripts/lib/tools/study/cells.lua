@@ -3,14 +3,14 @@
 local evolve = require "limax.evolution.evolve"
 local experiments = require "limax.experiment.experiment"
 local failure = require "limax.base.failure"
-local host = require "limax.host"
+local journal = require "limax.run.journal"
 local model_arms = require "limax.tools.study.model_arms"
+local record = require "limax.evolution.record"
 local resume = require "limax.run.resume"
-local run_configuration = require "limax.run.run_configuration"
-local run_folder = require "limax.run.run_folder"
+local run_config = require "limax.run.config"
+local run_folder = require "limax.run.folder"
 local runs = require "limax.tools.report.runs"
 local source = require "limax.base.source"
-local verify = require "limax.run.verify"
 
 local cells = {}
 
@@ -21,8 +21,8 @@ local cells = {}
 
 --- Is this run folder done? Another process may be writing it.
 function cells.is_done(path)
-  local text = runs.is_folder(path) and source.read(path .. "/STATUS")
-  return text and (host.json.decode(text) or {}).state == "done" or false
+  local found = runs.is_folder(path) and journal.read(path)
+  return found and found:state() == "done" or false
 end
 
 --- The result of a run folder with one repetition.
@@ -36,7 +36,7 @@ end
 
 -- Refuses a run folder of another configuration.
 local function check(path, config)
-  local difference = resume.differences((run_folder.read_config(path)), config)[1]
+  local difference = resume.differences(run_folder.read(path).config, config)[1]
   if difference then
     failure.raise(2, ("%s was started by another study: %s was %s, is %s; choose another --out")
       :format(path, difference.path, difference.before, difference.now))
@@ -48,7 +48,7 @@ end
 --- device: limax.device, say: fun(text: string) }
 function cells.run(options)
   local path, repetition, experiment = options.path, options.repetition, options.experiment
-  local config, scripts = run_configuration.of(experiment, { repetition = repetition })
+  local config, scripts = run_config.of(experiment, { repetition = repetition })
   local folder
   if not run_folder.is_run(path) then
     folder = run_folder.create(path, experiment, { repetition = repetition })
@@ -58,12 +58,11 @@ function cells.run(options)
     folder = run_folder.open(path)
     folder:continue(config, scripts, false)
   end
-  folder:write_environment(options.device)
+  folder:start(options.device)
   local run = evolve.start(experiment, { repetition = repetition, device = options.device,
     folder = folder, say = options.say })
-  run:restore(folder)
   run:finish()
-  folder:status "done"
+  folder:finish "done"
   folder:close()
   return cells.result(path)
 end
@@ -71,11 +70,9 @@ end
 -- The run of a cell that is done, with its history.
 local function reread(study, cell)
   local run = evolve.start(cells.experiment(study, cell), { repetition = cell.repetition,
-    device = study.device, say = function() end })
-  local folder = run_folder.open(study.out .. "/" .. cell.path)
-  folder:index(verify.folder(folder.path))
-  run:restore(folder)
-  folder:close()
+    device = study.device, say = function() end,
+    folder = runs.read(study.out .. "/" .. cell.path).reader })
+  record.restore(run, record.kept(run))
   return run
 end
 

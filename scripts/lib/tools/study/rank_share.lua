@@ -7,7 +7,7 @@ local at_once = require "limax.tools.study.at_once"
 local exchange = require "limax.base.exchange"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
-local run_configuration = require "limax.run.run_configuration"
+local run_config = require "limax.run.config"
 
 local rank_share = {}
 
@@ -70,7 +70,7 @@ end
 ---@param device limax.device
 function rank_share.check(experiment, device)
   if exchange.count == 1 then return end
-  local about, config = device:describe(), run_configuration.of(experiment, {})
+  local about, config = device:describe(), run_config.of(experiment, {})
   local ranks = exchange.all {
     { "limax", ("%s %s"):format(host.version, host.commit or "") },
     { "script or configuration", host.sha256(host.json.encode(config)) },

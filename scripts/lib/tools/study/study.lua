@@ -22,6 +22,7 @@ local plan = require "limax.tools.study.plan"
 local rank_share = require "limax.tools.study.rank_share"
 local runs = require "limax.tools.compare.runs"
 local source = require "limax.base.source"
+local study_file = require "limax.run.study_file"
 local sweep = require "limax.tools.study.sweep"
 local tables = require "limax.tools.compare.tables"
 local terminal = require "limax.base.terminal"
@@ -139,9 +140,8 @@ local function write_list(self)
   end
   local made, message = host.file.mkdir(self.out)
   if not made then failure.raise(1, message) end
-  source.write(self.out .. "/" .. folders.STUDY, host.json.encode({ schema = "limax.study/1",
-    evaluations = self.evaluations, repetitions = self.repetitions, quick = self.quick,
-    runs = list }, { indent = 2 }) .. "\n")
+  study_file.write(self.out, { evaluations = self.evaluations, repetitions = self.repetitions,
+    quick = self.quick, runs = list })
 end
 
 local function run_cell(self, k, cell)

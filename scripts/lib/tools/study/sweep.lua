@@ -8,10 +8,11 @@ local failure = require "limax.base.failure"
 local folders = require "limax.tools.report.runs"
 local grid = require "limax.tools.study.grid"
 local host = require "limax.host"
-local run_configuration = require "limax.run.run_configuration"
-local run_files = require "limax.settings.run_files"
+local run_config = require "limax.run.config"
+local scripts = require "limax.run.scripts"
 local shell = require "limax.base.shell"
 local source = require "limax.base.source"
+local study_file = require "limax.run.study_file"
 
 local sweep = {}
 
@@ -19,6 +20,8 @@ local sweep = {}
 ---@field out string absolute path of its folder
 ---@field script { path: string, sha256: string } of the script and the files that it requires
 ---@field runs limax.sweep.run[]
+---@field owner "own"|"other"|"edited"|"none" whose plan it is (base/seal.lua)
+---@field key string|nil name of the key that sealed it
 
 ---@class limax.sweep.run
 ---@field path string below the sweep's folder
@@ -29,23 +32,22 @@ local sweep = {}
 -- A hash of the script and of the files that it requires.
 local function digest(experiment)
   local hashes = {}
-  local _, scripts = run_configuration.of(experiment, {})
-  for k, copy in ipairs(scripts) do hashes[k] = copy.sha256 end
+  local _, copies = run_config.of(experiment, {})
+  for k, copy in ipairs(copies) do hashes[k] = copy.sha256 end
   return host.sha256(table.concat(hashes, "\n"))
 end
-
-local function place(out) return out .. "/" .. folders.STUDY end
 
 --- The sweep in a folder; ends the command where there is none.
 ---@return limax.sweep
 function sweep.open(out)
   out = host.file.absolute(out)
-  local found = host.file.exists(place(out)) == "file" and run_files.document(place(out), "study")
+  local found, owner, key
+  if study_file.exists(out) then found, owner, key = study_file.read(out) end
   if not found or not found.script then
     failure.raise(2, ("%s holds no sweep: there is no %s of one; begin one with: limax sweep FILE"
-      .. " --set PATH=VALUE,VALUE --out DIR"):format(out, folders.STUDY))
+      .. " --set PATH=VALUE,VALUE --out DIR"):format(out, study_file.NAME))
   end
-  return { out = out, script = found.script, runs = found.runs }
+  return { out = out, script = found.script, runs = found.runs, owner = owner, key = key }
 end
 
 --- The command that goes on with a sweep.
@@ -80,6 +82,17 @@ local function extend(self, earlier)
   self.runs = list
 end
 
+-- The lock of the plan, which another process may hold for a moment.
+local function lock_plan(out)
+  while true do
+    local lock, message = host.file.lock(out .. "/.locks/plan")
+    if lock then return lock end
+    if not message:find("in use by another process", 1, true) then failure.raise(1, message) end
+    host.wait(0.05)
+    host.raise_if_interrupted()
+  end
+end
+
 --- Plans a sweep, checks every configuration, and writes the plan into its folder. A folder with a
 --- sweep that this one contains is extended.
 ---@param experiment limax.experiment
@@ -101,18 +114,21 @@ function sweep.plan(experiment, options)
         arm = point.arm, repetition = repetition, changes = host.json.array(point.changes) })
     end
   end
-  if host.file.exists(place(out)) then
-    local earlier = sweep.open(out)
-    check_script(earlier, experiment)
-    extend(self, earlier)
-  end
   if folders.is_folder(out) then
     failure.raise(2, ("%s is a run folder; name another --out"):format(out))
   end
   local made, message = host.file.mkdir(out .. "/.locks")
   if not made then failure.raise(2, message) end
-  source.write(place(out), host.json.encode({ schema = "limax.study/1", script = self.script,
-    runs = host.json.array(self.runs) }, { indent = 2 }) .. "\n")
+  -- another process may extend the same plan
+  local lock = lock_plan(out)
+  if study_file.exists(out) then
+    local earlier = sweep.open(out)
+    check_script(earlier, experiment)
+    extend(self, earlier)
+  end
+  study_file.write(out, { script = self.script, runs = host.json.array(self.runs) })
+  self.owner = "own"
+  lock:free()
   return self
 end
 
@@ -139,11 +155,15 @@ function sweep.claim(self, number)
   failure.raise(1, message)
 end
 
---- Refuses to compute with another script than that of the other runs.
+--- Refuses to compute with another script than that of the other runs, or with one that somebody
+--- else named.
 ---@param self limax.sweep
 ---@param load fun(path: string): limax.experiment
 ---@return limax.experiment
 function sweep.experiment(self, load)
+  if self.owner ~= "own" then
+    failure.raise(2, scripts.distrust(self.out, study_file.NAME, self.owner, self.key))
+  end
   local experiment = load(self.script.path)
   check_script(self, experiment)
   return experiment

@@ -1,11 +1,20 @@
---- run_configuration.lua: what a run folder stores of its experiment: configuration, options of
---- the run, and copies of the scripts.
+--- config.lua: config.json of a run folder and its later versions: the resolved experiment, the
+--- options of the run, and its scripts. It is sealed (base/seal.lua); each process that begins to
+--- write the folder names it in the journal with the hash of its text.
 
 local failure = require "limax.base.failure"
 local host = require "limax.host"
+local record_rules = require "limax.settings.record_rules"
+local records = require "limax.settings.records"
+local seal = require "limax.base.seal"
 local source = require "limax.base.source"
 
-local run_configuration = {}
+local config = {}
+
+local rule = record_rules.rule(records.run)
+
+--- The first configuration of a folder; those that replace it are config-2.json, ...
+config.FILE = "config.json"
 
 -- Changing these does not affect scores.
 local UNSCORED = { breeding = true, evaluations = true, generations = true, name = true,
@@ -29,34 +38,52 @@ local function copies(experiment)
 end
 
 --- The configuration that a run folder holds, and the scripts.
----@param options { repetition: integer|nil, overrides: string[]|nil,
---- own_loop: true|nil }
+---@param options { repetition: integer|nil, overrides: string[]|nil, own_loop: true|nil }
 ---@return table config
 ---@return table[] scripts file, path, sha256, text
-function run_configuration.of(experiment, options)
-  local config = source.copy(experiment.config)
+function config.of(experiment, options)
+  local made = source.copy(experiment.config)
   local scripts, kept = copies(experiment), host.json.array {}
   local script
   for i, copy in ipairs(scripts) do
     kept[i] = { file = copy.file, sha256 = copy.sha256 }
     if copy.path == experiment.origin then script = copy.file end
   end
-  config.run = { repetition = options.repetition, path = experiment.origin, script = script,
+  made.schema = "limax.config/2"
+  made.run = { repetition = options.repetition, path = experiment.origin, script = script,
     scripts = kept, overrides = host.json.array(options.overrides or {}),
     own_loop = options.own_loop }
-  return config, scripts
+  return made, scripts
+end
+
+--- The hash of a text of config.json, whoever sealed it.
+---@param text string
+function config.hash(text) return host.xxh3(seal.without(text)) end
+
+--- Reads the text of a configuration.
+---@param text string
+---@param path string names it in messages
+---@return table|nil config
+---@return string owner "own", "other", "edited" or "none" of seal.open, or what is wrong
+---@return string|nil key name of the key that sealed it
+function config.parse(text, path)
+  local found, owner, key = seal.open(text, path)
+  if type(found) ~= "table" then return nil, found == nil and owner or "expected a JSON object" end
+  local _, message = rule(found, "")
+  if message then return nil, message end
+  return found, owner, key
 end
 
 --- A hash of what affects the scores: fields of the configuration, and the texts of all scripts,
 --- since any of them may hold a part of the fitness.
 ---@return string
-function run_configuration.scored_by(config)
+function config.scored_by(made)
   local scored = { scripts = host.json.array {} }
-  for name, value in pairs(config) do
+  for name, value in pairs(made) do
     if not UNSCORED[name] then scored[name] = value end
   end
-  for i, script in ipairs(config.run.scripts) do scored.scripts[i] = script.sha256 end
+  for i, script in ipairs(made.run.scripts) do scored.scripts[i] = script.sha256 end
   return host.xxh3(host.json.encode(scored))
 end
 
-return run_configuration
+return config

@@ -1,0 +1,392 @@
+--- generation.lua: one generation as plain data, which each step takes and returns: an array of
+--- robots with their rows, genomes and bodies, the world that they are simulated in, and what the
+--- generation before left. Scripts advance it by `:simulate()`, `:score(fitness)` and
+--- `:breed{...}`; each step first does the steps before it that were left out.
+
+local archived = require "limax.evolution.archived"
+local division = require "limax.evolution.division"
+local drive = require "limax.settings.drive"
+local engine = require "limax.engine"
+local failure = require "limax.base.failure"
+local fitness = require "limax.fitness"
+local host = require "limax.host"
+local measures = require "limax.experiment.measures"
+local metrics = require "limax.run.metrics"
+local rows = require "limax.robot.rows"
+local schema = require "limax.engine.schema"
+local scored_robot = require "limax.robot.scored_robot"
+local scoring = require "limax.robot.scoring"
+local state = require "limax.run.state"
+local steps = require "limax.evolution.steps"
+local strict = require "limax.engine.strict"
+
+---@class limax.population.scored an array of robots (limax.scored_robot)
+---@field ranked integer[]|nil indices of the scored robots, best first; nil before the first score
+---@field generation integer 0, 1, ...
+---@field repetition integer 1, 2, ...
+---@field parameters table<string, number> that it was bred with
+---@field engine limax.population genomes and bodies
+---@field materials limax.materials that it is made of
+---@field rows limax.row[] one per robot, with its fields
+---@field trials limax.trial[] in which its robots are simulated
+---@field archive limax.archive.row[]|nil rows of the run's archive, after `score` with its robots
+---@field evaluations integer robots simulated for their score
+---@field timing table<string, number> s of each step
+---@field island integer|nil number of the island of which survival and selection see the robots
+---@field state table|nil that of the experiment's functions, after `score`; a loop may write to it
+local Population = strict.methods "population"
+local class = { methods = Population }
+
+-- The fields that scripts read, and those that only the loop reads; a population may lack some.
+-- `before` is what the generation before left: state, archive, and the fitness that scored it.
+-- `decided` is how it got its parameters: ledger, numbers for timing.jsonl, did the supervisor
+-- fail. `going` are its simulations while they are advanced, `traces` those of each robot after
+-- that, and `choice` what `breed` was called with.
+local FIELDS, OF_LOOP = {}, {}
+for name in ([[ranked generation repetition parameters engine materials rows trials archive
+    evaluations timing island state]]):gmatch "%S+" do
+  FIELDS[name] = true
+end
+for name in ([[world before decided going simulations traces slices scored_with scored_by outdated
+    state_text remembered choice entry line places parents stored]]):gmatch "%S+" do
+  OF_LOOP[name] = true
+end
+
+function class.__index(robots, key)
+  local method = Population[key]
+  if key == "engine" and rawget(robots, "stored") then
+    -- an old generation's genomes and bodies are read when one of its robots needs them
+    rawset(robots, "engine", robots.stored:engine_of(robots))
+    return rawget(robots, "engine")
+  end
+  if method or FIELDS[key] or OF_LOOP[key] or type(key) == "number" then return method end
+  return strict.unknown("a population", key, FIELDS, Population)
+end
+
+local generation = { methods = Population }
+
+--- Makes a generation from its fields: those of limax.population.scored, `before` and `decided`.
+---@param world limax.world
+---@param fields table
+---@return limax.population.scored
+function generation.new(world, fields)
+  local robots = setmetatable(fields, class)
+  robots.world, robots.simulations, robots.repetition = world, {}, world.repetition
+  robots.before = robots.before or {}
+  robots.trials = world.trials(robots.generation)
+  robots.evaluations = robots.evaluations or 0
+  robots.timing = robots.timing or {}
+  robots.timing.simulate, robots.timing.fitness = 0, 0
+  for i = 1, robots.rows.count do robots[i] = scored_robot.of(robots, i) end
+  return robots
+end
+
+--- The fields of a population without its robots: an island, or a pool of parents.
+---@param robots limax.population.scored
+---@return limax.population.scored
+function generation.part(robots)
+  local copy = setmetatable({}, class)
+  for key, value in pairs(robots) do
+    if type(key) == "string" then rawset(copy, key, value) end
+  end
+  return copy
+end
+
+--- Warns where a function of the script made only the first body.
+---@param robots limax.population.scored
+---@return limax.population.scored robots
+function generation.check_bodies(robots)
+  for i = 1, #robots do
+    if (robots.rows.data[i - 1].body.voxels > 0) ~= (i == 1) then return robots end
+  end
+  if robots[2] then
+    robots.world.say("genome.encoding: robot 2 and all that follow are empty: does express visit"
+      .. " every robot, for _, i in ipairs(robots) do?")
+  end
+  return robots
+end
+
+-- ---- simulating ---------------------------------------------------------------------------------
+
+-- One simulation per trial of some robots.
+local function simulations_of(robots, mask, materials, options)
+  local list = {}
+  for k, trial in ipairs(robots.trials) do
+    list[k] = engine.simulation(robots.engine, trial.engine_materials or materials,
+      trial.engine_scene, options and options[k] or trial.options, robots.world.device, mask)
+  end
+  return list
+end
+
+-- Warns once where a trial's drive is too fast for the time steps of the robots.
+local function check_drive(robots, mask)
+  for k, trial in ipairs(robots.trials) do
+    local longest = 0
+    for i, row in ipairs(robots.rows) do
+      -- that of an invalid body is not a number
+      local step = mask[i] and rows.outcomes(row)[k].time_step or 0
+      if step > longest then longest = step end
+    end
+    local problem = longest > 0 and drive.problem(trial.scene, longest)
+    local prefix = robots.world.config.trials and ("trials[%d]: "):format(k) or ""
+    if problem then robots.world.say(prefix .. problem, prefix .. "scene.actuation") end
+  end
+end
+
+-- Which robots have no status yet and are simulated here: all but the elites that keep their score
+-- and those of other ranks. And how many have none.
+local function unsimulated(robots)
+  local mask, count = {}, 0
+  for i, row in ipairs(robots.rows) do
+    mask[i] = row.status == nil
+    if mask[i] then count = count + 1 end
+  end
+  return robots.world.is_divided and count > 0 and division.own(robots, mask) or mask, count
+end
+
+--- Begins to simulate a generation as it is now, or goes on; a GPU steps it while the host does
+--- other work.
+---@param robots limax.population.scored
+function generation.begin(robots)
+  local began = host.clock()
+  if not robots.going then
+    local mask, count = unsimulated(robots)
+    -- robots that other ranks simulated have their status from there
+    if count == 0 or robots.world.is_divided and robots.traces then return end
+    robots.going = { mask = mask, count = count,
+      steps = steps.new(simulations_of(robots, mask, robots.materials)) }
+  end
+  robots.going.steps:begin()
+  robots.timing.simulate = robots.timing.simulate + host.clock() - began
+end
+
+-- Takes what the simulations gave.
+local function settle(robots)
+  local going = robots.going
+  rows.settle(robots.rows, going.steps.all, going.mask)
+  robots.going, robots.traces = nil, robots.traces or {}
+  for i = 1, #robots do
+    if going.mask[i] then robots.traces[i] = going.steps.all end
+  end
+  for _, simulation in ipairs(going.steps.all) do table.insert(robots.simulations, simulation) end
+  robots.evaluations = robots.evaluations + going.count
+  check_drive(robots, going.mask)
+end
+
+--- Simulates a generation for a slice of wall time.
+---@param robots limax.population.scored
+---@return boolean ended
+function generation.advance(robots)
+  generation.begin(robots)
+  if not robots.going then return true end
+  local began = host.clock()
+  local ended = robots.going.steps:advance()
+  if ended then settle(robots) end
+  robots.timing.simulate = robots.timing.simulate + host.clock() - began
+  return ended
+end
+
+--- Simulates the robots that have no status yet, in each trial.
+---@param on_progress? fun(progress: table)
+---@return limax.population.scored self
+function Population:simulate(on_progress)
+  if on_progress ~= nil and type(on_progress) ~= "function" then
+    schema.refuse("population:simulate", "a function (progress)", on_progress)
+  end
+  local show = on_progress or self.world.on_progress
+  while true do
+    local going = self.going and self.going.steps
+    local ended = generation.advance(self)
+    if show and going then show(going:total()) end
+    if ended then return self end
+  end
+end
+
+--- Some robots simulated once more, in each trial, under other materials or options. The population
+--- stays as it is.
+---@param robots limax.population.scored
+---@param mask boolean[] which ones
+---@param materials limax.materials
+---@param options? table[] of each trial; its own if left out
+---@return table<integer, limax.scored_robot> by index, without a score
+---@return limax.simulation[] simulations for the caller to free
+---@return number seconds wall time of simulating
+function generation.again(robots, mask, materials, options)
+  local again, simulations = {}, simulations_of(robots, mask, materials, options)
+  -- compiles kernels and makes springs, which are not timed
+  for _, simulation in ipairs(simulations) do simulation:describe() end
+  local began = host.clock()
+  steps.finish(simulations)
+  local seconds = host.clock() - began
+  local all, which = rows.new(robots.rows.facts, #robots), {}
+  for i = 1, #robots do
+    if mask[i] then which[#which + 1] = i end
+  end
+  rows.copy(all, which, robots.rows, which)
+  for _, i in ipairs(which) do rows.forget(all, i) end
+  rows.settle(all, simulations, mask)
+  local traces = {}
+  for _, i in ipairs(which) do
+    traces[i] = simulations
+    again[i] = scored_robot.again(all[i], robots, i,
+      { materials = materials, options = options, traces = traces })
+  end
+  return again, simulations, seconds
+end
+
+--- Frees simulations.
+---@param simulations limax.simulation[]
+---@param why string completes "this view ended when ..."
+function generation.free(simulations, why)
+  for _, simulation in ipairs(simulations) do simulation:free(why) end
+end
+
+--- Frees the simulations of a generation, and so its traces.
+---@param robots limax.population.scored
+---@param why string completes "this view ended when ..."
+function generation.end_traces(robots, why)
+  generation.free(robots.simulations, why)
+  robots.simulations, robots.traces = {}, nil
+end
+
+-- ---- scoring ------------------------------------------------------------------------------------
+
+-- Why no robot of a generation has a score, in one line.
+local function failure_text(robots)
+  local counts, reasons, diverged = {}, {}, false
+  for _, row in ipairs(robots.rows) do
+    local reason = ("%s: %s"):format(row.status, row.reason or "no reason")
+    if not counts[reason] then reasons[#reasons + 1] = reason end
+    counts[reason] = (counts[reason] or 0) + 1
+    diverged = diverged or row.status == "diverged"
+  end
+  table.sort(reasons)
+  for k, reason in ipairs(reasons) do reasons[k] = ("%d %s"):format(counts[reason], reason) end
+  local world, advice = robots.world, ""
+  local step = world.config.simulation.time_step
+  if diverged and type(step) == "number" and step > world.first_step then
+    advice = ("; simulation.time_step is %.6g s, the limit for stiff bodies is %.6g s"):format(step,
+      world.first_step)
+  elseif counts["invalid: no muscle"] == #robots then
+    advice = "; genome.require_muscle = false lets bodies without a muscle run"
+  end
+  return ("generation %d: none of the %d robots can be scored (%s)%s"):format(robots.generation,
+    #robots, table.concat(reasons, ", "), advice)
+end
+
+-- Warns once where a function of the script scores robots by their first trial only.
+local function check_trials_read(robots, law, wanted)
+  if #robots.trials == 1 or law.name ~= "function" then return end
+  for i, row in ipairs(robots.rows) do
+    if wanted[i] and row.status == "done" then
+      if rawget(robots[i], "trials") then return end
+      robots.world.say(("trials: the fitness does not read robot.trials, so only the first of %d"
+        .. " trials counts; robot.trials[2]:distance() is that of the second"):format(
+        #robots.trials), "robot.trials")
+    end
+  end
+end
+
+-- What to report of a first generation whose bodies differ and whose scores do not; nil of others.
+local function constant_text(robots)
+  local all = robots.rows
+  local first, differ = robots.ranked[1], false
+  for _, i in ipairs(robots.ranked) do
+    if all[i].fitness ~= all[first].fitness then return nil end
+    differ = differ or all.data[i - 1].body.hash ~= all.data[first - 1].body.hash
+  end
+  return differ and ("all %d scored robots of generation 0 have the fitness %.6g: selection cannot"
+    .. " tell them apart; does the fitness read the robot?"):format(#robots.ranked,
+    all[first].fitness)
+end
+
+-- Scores robots that were simulated here, and takes the scores of other ranks.
+local function call_fitness(robots, law, wanted, own_state)
+  local world, began = robots.world, host.clock()
+  local failures = scoring.score { call = law.call, ours = law.name ~= "function", robots = robots,
+    rows = robots.rows, wanted = wanted, generation = robots.generation, state = own_state,
+    measure = world.measured and function(robot, row)
+      return measures.add(world.measured, robot, row, own_state)
+    end }
+  robots.timing.fitness = robots.timing.fitness + host.clock() - began
+  if world.is_divided then failures = division.exchange(robots, failures, own_state) end
+  scoring.judge(failures, robots.rows, robots.generation, world.say)
+end
+
+-- The state that a scored generation leaves. It is encoded once: the run goes on with what a reader
+-- of the journal would get, so that a continued run cannot differ from one that was never
+-- interrupted.
+local function keep_state(robots, own_state)
+  robots.state_text = own_state and state.encode(own_state)
+  robots.state = own_state and state.decode(robots.state_text)
+end
+
+--- Scores every robot that ended well: by the experiment's fitness, or by another one. Elites and
+--- robots read from a run folder keep a valid score.
+---@param with? string|table|fun(robot: table): number, number[]?
+---@return limax.population.scored self
+function Population:score(with)
+  local world, all, before = self.world, self.rows, self.before
+  local law = with == nil and world.fitness or fitness.get(with)
+  with = with == nil and world.fitness or with
+  -- an elite keeps its score only under the fitness that gave it
+  if before.scored_with ~= nil and before.scored_with ~= with then
+    for i = 1, #self do
+      if not (self.traces and self.traces[i]) then rows.forget(all, i) end
+    end
+  end
+  self:simulate()
+  local wanted = {}
+  for i = 1, #self do
+    wanted[i] = self.traces ~= nil and self.traces[i] ~= nil
+    -- a robot that failed in another fitness may get a score from this one
+    if wanted[i] then rows.set_status(all, i) end
+  end
+  local own_state
+  if self.traces then own_state = state.copy(before.state) end
+  call_fitness(self, law, wanted, own_state)
+  local began = host.clock()
+  check_trials_read(self, law, wanted)
+  self.ranked = metrics.rank(all)
+  if self.traces or not self.scored_with then self.scored_with = with end
+  self.scored_by = law
+  if #self.ranked == 0 then failure.raise(1, failure_text(self)) end
+  local constant = self.generation == 0 and constant_text(self)
+  if constant then world.say(constant) end
+  local descriptors = self.generation == 0 and (world.measured or {}).descriptors or {}
+  for _, text in ipairs(measures.beyond(descriptors, all)) do world.say(text) end
+  if self.traces then
+    if world.archive then
+      self.remembered = archived.enter(before.archive, self)
+      self.archive = archived.shown(self.remembered)
+    end
+    keep_state(self, own_state)
+  end
+  self.timing.fitness = self.timing.fitness + host.clock() - began
+  return self
+end
+
+-- ---- breeding -----------------------------------------------------------------------------------
+
+local breed_fields = schema.fields { parents = schema.any, elites = schema.any,
+  mutation_rate = schema.any, mutation_scale = schema.any, crossover_rate = schema.any }
+
+--- Chooses from what the next generation is bred, when the body of the loop ends. `parents` holds a
+--- pair of indices per offspring and `elites` the robots that are copied; what is left out comes
+--- from the experiment. The numbers of elites and pairs add up to the population.
+---@param choice? { parents?: integer[][], elites?: integer[], mutation_rate?: number,
+--- mutation_scale?: number, crossover_rate?: number }
+---@return limax.population.scored self
+function Population:breed(choice)
+  local checked, message = breed_fields(choice, "breed")
+  if not checked then failure.raise(2, message, 2) end
+  if self.choice then
+    failure.raise(1, ("breed: generation %d was bred already: call it once in the loop"):format(
+      self.generation))
+  end
+  if not self.ranked then self:score() end
+  self.choice = checked
+  return self
+end
+
+return generation

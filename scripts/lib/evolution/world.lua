@@ -1,0 +1,168 @@
+--- world.lua: what never changes in a repetition: its experiment, device, encoding, trials and first
+--- materials, and what follows from them.
+
+local encodings = require "limax.encoding"
+local engine = require "limax.engine"
+local exchange = require "limax.base.exchange"
+local failure = require "limax.base.failure"
+local fault = require "limax.engine.fault"
+local full_body = require "limax.robot.full_body"
+local ledger = require "limax.supervise.ledger"
+local materials = require "limax.evolution.materials"
+local output = require "limax.base.output"
+local rows = require "limax.robot.rows"
+local settings = require "limax.settings.settings"
+local state = require "limax.run.state"
+
+---@class limax.world
+---@field experiment limax.experiment
+---@field config table the experiment's resolved configuration
+---@field repetition integer 1, 2, ...
+---@field device limax.device
+---@field encoding limax.encoding of the engine
+---@field scene limax.scene
+---@field options table of the engine's simulations
+---@field trials fun(generation: integer): limax.trial[] at least one (experiment/trials.lua)
+---@field fitness limax.fitness the experiment's
+---@field measured limax.measured|nil besides the fitness
+---@field archive limax.archive.definition|nil
+---@field is_divided boolean do ranks divide the robots among themselves (division.lua)?
+---@field first_materials limax.materials those of generation 0
+---@field first_fields limax.material_fields their changeable fields
+---@field first_step number s, limit of the time step for a full body of these
+---@field first_step_material string that sets it
+---@field limits limax.limit[] of a supervisor's proposals
+---@field on_progress? fun(progress: table) while robots are simulated
+---@field say fun(text: string, key?: string) shows a warning once per key
+local World = {}
+World.__index = World
+
+local world = {}
+
+-- A function that shows each text once, or each key.
+local function once(show)
+  local shown = {}
+  return function(text, key)
+    key = key or text
+    if not shown[key] then show(text, key) end
+    shown[key] = true
+  end
+end
+
+local function print_warning(text) output.warn(text, "\n") end
+
+-- The least limit of the time step over the trials of the first generation, s, and the material
+-- that sets it.
+local function least_bound(self, common)
+  local least, name = math.huge, ""
+  for k, trial in ipairs(self.trials(0)) do
+    local ok, bound, material = failure.attempt(full_body.bound, self.config.lattice,
+      trial.engine_materials or common, trial.engine_scene, trial.options, self.device)
+    if not ok and self.config.trials and fault.is(bound) and bound.text:find "record%." then
+      failure.raise(2, ("trials[%d]: %s; a trial's own record = { contact = 0 } leaves out a trace")
+        :format(k, bound.text))
+    elseif not ok then
+      failure.raise_again(bound, material)
+    end
+    if bound < least then least, name = bound, material end
+  end
+  return least, name
+end
+
+--- Makes the world of a repetition.
+---@param experiment limax.experiment
+---@param options limax.run.options
+---@return limax.world
+function world.new(experiment, options)
+  local config, device = experiment.config, options.device or "auto"
+  local repetition = options.repetition or 1
+  if type(device) == "string" then device = engine.device(device, { threads = options.threads }) end
+  local first = engine.materials(config.materials)
+  local self = setmetatable({ experiment = experiment, config = config, repetition = repetition,
+    device = device, scene = engine.scene(config.scene),
+    options = settings.engine_options(config.simulation, config.record),
+    trials = experiment.trials:of(repetition), fitness = experiment.fitness,
+    measured = experiment.measured, archive = experiment.archive,
+    is_divided = exchange.count > 1, first_materials = first,
+    first_fields = materials.fields(first),
+    limits = ledger.limits(config.population, config.supervision.ranges, config.supervision),
+    on_progress = options.on_progress, say = once(options.say or print_warning) }, World)
+  -- refuses a lattice that this machine cannot hold before anything large is made
+  engine.population({ lattice = config.lattice, count = config.population }):free()
+  self.encoding = encodings.of_engine(experiment.encoding, config.genome,
+    { lattice = config.lattice, materials = first.count, seed = config.seed,
+      repetition = repetition })
+  self.first_step, self.first_step_material = least_bound(self, first)
+  return self
+end
+
+--- The state that the experiment's functions begin with; nil without one.
+---@return table|nil
+function World:first_state()
+  local make = self.experiment.state
+  return make and state.copy(make())
+end
+
+--- An empty population of the engine.
+---@param count? integer that of one generation if left out
+---@return limax.population
+function World:empty(count)
+  return engine.population { lattice = self.config.lattice,
+    count = count or self.config.population, encoding = self.encoding }
+end
+
+--- Robots without values, for a generation.
+---@param generation integer
+---@param before? limax.rows of the generation before: what its fitness returned is expected again
+---@return limax.rows
+function World:rows(generation, before)
+  local config, measured = self.config, self.measured or {}
+  local facts = before and before.facts or {}
+  local experiment = self.experiment
+  return rows.new({ letters = rows.letters(config.lattice),
+    trials = config.trials and #self.trials(generation) or nil,
+    descriptors = measured.descriptors and #measured.descriptors or nil,
+    objectives = measured.objectives and #measured.objectives or nil,
+    islands = config.islands ~= nil, ages = experiment.survival.ages,
+    self_adaptive = experiment.variation.mutation.adapts, archive = self.archive ~= nil,
+    novelty = self.archive and self.archive.appraise ~= nil, cases = facts.cases,
+    measures = facts.measures }, config.population)
+end
+
+--- What the genes of a generation are made and read by.
+---@param fields { materials: limax.materials, parameters: table<string, number>, state: table|nil }
+---@return limax.genes.rules
+function World:rules(fields)
+  return { encoding = self.experiment.encoding, variation = self.experiment.variation,
+    lattice = self.config.lattice, materials = fields.materials, parameters = fields.parameters,
+    state = fields.state, seed = self.config.seed, repetition = self.repetition,
+    require_muscle = self.config.genome.require_muscle, device = self.device,
+    empty = function() return self:empty() end }
+end
+
+--- The first materials with other values of the fields that a supervisor may change.
+---@param fields limax.material_fields
+---@return limax.materials
+function World:materials_with(fields) return materials.with(self.first_materials, fields) end
+
+--- The names of the materials, in the order of a body's counts.
+---@return string[]
+function World:material_names()
+  local names = {}
+  for i = 1, self.first_materials.count do names[i] = self.first_materials:get(i).name end
+  return names
+end
+
+--- B, without which genomes of the encoding "fourier" cannot be read by other programs; nil of
+--- another one.
+---@return number[][]|nil [feature][axis]
+function World:matrix()
+  return self.encoding.network == "fourier" and self.encoding:matrix():table() or nil
+end
+
+--- The limit of the time step for a full body of these materials, s.
+---@param common limax.materials
+---@return number
+function World:bound(common) return (least_bound(self, common)) end
+
+return world

@@ -1,0 +1,200 @@
+--- check.lua: whether a run folder holds, byte for byte, what its journal names: every generation,
+--- configuration, scripts, prompts and transcript. Reads only.
+
+local config = require "limax.run.config"
+local files = require "limax.run.files"
+local host = require "limax.host"
+local sealed = require "limax.base.sealed"
+local source = require "limax.base.source"
+
+local check = {}
+
+local function add(damage, file, reason, repetition, generation)
+  table.insert(damage, { file = file, reason = reason, repetition = repetition,
+    generation = generation })
+end
+
+-- The text of a file; nil where it cannot be read, which is then added.
+local function read(folder, damage, file, repetition, generation)
+  local text, message, missing = source.read_own(folder.path .. "/" .. file)
+  if text then return text end
+  add(damage, file, missing and "is missing"
+    or ("could not be read (%s)"):format(message:match "([^:]*)$":gsub("^ ", "")), repetition,
+    generation)
+  damage[#damage].unreadable = not missing or nil
+end
+
+-- The files of a generation, as far as they are expected.
+local function check_files(folder, damage, entry)
+  local r, g = entry.repetition, entry.generation
+  local gone = entry.recent and g <= folder:last(r) - files.RECENT
+  for kind, part in pairs(entry.files) do
+    local file = files.place(kind, r, g)
+    local removed = gone and (kind == "robots" or kind == "genomes")
+    local text = not removed and read(folder, damage, file, r, g)
+    if text and (#text ~= part[1] or host.xxh3(text) ~= part[2]) then
+      add(damage, file, "does not match its hash", r, g)
+    end
+  end
+end
+
+-- The lines of a growing file.
+local function check_lines(folder, damage, name, r)
+  local file = files.growing(name, r)
+  local text, at = read(folder, damage, file, r, 0), 0
+  for g = 0, text and folder:last(r) or -1 do
+    local ends, hash = unpack(folder.journal:entry(r, g).lines[name])
+    if #text < ends then
+      return add(damage, file, ("has only %d of %d bytes"):format(#text, ends), r, g)
+    elseif host.xxh3(text:sub(at + 1, ends)) ~= hash then
+      add(damage, ("%s, line %d"):format(file, g + 1), "does not match its hash", r, g)
+    end
+    at = ends
+  end
+end
+
+-- The configuration in force, and the scripts of each version.
+local function check_configurations(folder, damage)
+  local text = read(folder, damage, folder.config_name)
+  if text and folder.owner == "edited" then
+    add(damage, folder.config_name, "was changed since it was written")
+  end
+  for n = 1, math.huge do
+    local name = n == 1 and config.FILE or ("config-%d.json"):format(n)
+    local place = n == 1 and "scripts" or ("scripts-%d"):format(n)
+    local version = source.read_own(folder.path .. "/" .. name)
+    local made, owner = config.parse(version or "", name)
+    if not version then break end
+    if not made then add(damage, name, "is invalid: " .. owner:gsub("%c", "?")) end
+    for _, script in ipairs(made and made.run.scripts or {}) do
+      local copy = read(folder, damage, place .. "/" .. script.file)
+      if copy and host.sha256(copy) ~= script.sha256 then
+        add(damage, place .. "/" .. script.file, "does not match its SHA-256 in " .. name)
+      end
+    end
+    if name == folder.config_name then break end
+  end
+end
+
+-- The transcript, and the prompts that it names.
+local function check_transcript(folder, damage)
+  local wanted = folder.journal.transcript
+  if wanted == 0 and not host.file.exists(folder.path .. "/transcript.jsonl") then return end
+  local text, number, prompts = read(folder, damage, "transcript.jsonl"), 0, {}
+  if text and #text < wanted then
+    add(damage, "transcript.jsonl", ("has only %d of %d bytes"):format(#text, wanted))
+  end
+  for line in (text or ""):gmatch "[^\n]*\n" do
+    number = number + 1
+    if not sealed.check(line) then
+      add(damage, ("transcript.jsonl, line %d"):format(number), "does not match its hash",
+        tonumber(line:match '"repetition":(%d+)'), tonumber(line:match '"generation":(%d+)'))
+    end
+    local prompt = line:match '"template_sha256":"(%x+)"'
+    if prompt then prompts[prompt] = true end
+  end
+  for hash in pairs(prompts) do
+    local file = ("prompts/%s.md"):format(hash)
+    local prompt = read(folder, damage, file)
+    if prompt and host.sha256(prompt) ~= hash then
+      add(damage, file, "does not match its name, which is its SHA-256")
+    end
+  end
+end
+
+--- What is damaged in a run folder.
+---@param folder limax.run.reader
+---@return limax.run.damage[]
+function check.folder(folder)
+  local damage = {}
+  for _, each in ipairs(folder.journal.damage) do damage[#damage + 1] = each end
+  check_configurations(folder, damage)
+  check_transcript(folder, damage)
+  for _, r in ipairs(folder:repetitions()) do
+    for g = 0, folder:last(r) do check_files(folder, damage, folder.journal:entry(r, g)) end
+    for _, name in ipairs(files.GROWING) do check_lines(folder, damage, name, r) end
+  end
+  return damage
+end
+
+--- Is there a file that could not be read? It may be whole.
+---@param damage limax.run.damage[]
+function check.is_unreadable(damage)
+  for _, each in ipairs(damage) do
+    if each.unreadable then return true end
+  end
+  return false
+end
+
+--- What is not there any longer of a run that has ended; nil where everything is there. Looks at
+--- names and sizes only.
+---@param folder limax.run.reader
+---@return string|nil message
+function check.missing(folder)
+  local function problem(file, wanted)
+    local path = folder.path .. "/" .. file
+    local size = source.size(path)
+    if not size then return path .. " is gone: something else removed it while the run went on" end
+    return size ~= wanted and ("%s has %d bytes, and %d were written: something else changed it"
+      .. " while the run went on"):format(path, size, wanted) or nil
+  end
+  for _, r in ipairs(folder:repetitions()) do
+    local last = folder:last(r)
+    for g = 0, last do
+      local entry = folder.journal:entry(r, g)
+      local gone = entry.recent and g <= last - files.RECENT
+      for kind, part in pairs(entry.files) do
+        local message = not (gone and (kind == "robots" or kind == "genomes"))
+          and problem(files.place(kind, r, g), part[1])
+        if message then return message end
+      end
+    end
+    for _, name in ipairs(files.GROWING) do
+      local message = problem(files.growing(name, r), folder.journal:entry(r, last).lines[name][1])
+      if message then return message end
+    end
+  end
+end
+
+-- Longest list that a message shows.
+local MOST_SHOWN = 12
+
+--- The damage as text, a line for each file.
+---@param damage limax.run.damage[]
+function check.text(damage)
+  local names, first, more, lines = {}, {}, {}, {}
+  for _, each in ipairs(damage) do
+    local name = each.file:match "^[^,]*"
+    if first[name] then
+      more[name] = more[name] + 1
+    else
+      names[#names + 1] = name
+      first[name], more[name] = each, 0
+    end
+  end
+  for k = 1, math.min(#names, MOST_SHOWN) do
+    local each, others = first[names[k]], more[names[k]]
+    lines[k] = ("  %s %s"):format(each.file, each.reason)
+      .. (others > 0 and (", and %d more in this file"):format(others) or "")
+  end
+  local hidden = #names - MOST_SHOWN
+  if hidden > 0 then lines[#lines + 1] = ("  ... and %d more files"):format(hidden) end
+  return table.concat(lines, "\n")
+end
+
+--- The last generation up to which everything is whole; nil where the damage belongs to no
+--- generation, or to the first one.
+---@param folder limax.run.reader
+---@param damage limax.run.damage[]
+---@return integer|nil
+function check.last_whole(folder, damage)
+  local last = -1
+  for _, r in ipairs(folder:repetitions()) do last = math.max(last, folder:last(r)) end
+  for _, each in ipairs(damage) do
+    if not each.generation then return nil end
+    last = math.min(last, each.generation - 1)
+  end
+  return last >= 0 and last or nil
+end
+
+return check

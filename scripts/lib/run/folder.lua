@@ -1,0 +1,422 @@
+--- folder.lua: the folder of a run: the files that its journal names, written and read. What no line
+--- of the journal names does not exist for a reader, so that it needs no lock and sees no
+--- half-written file. Links in a folder are refused: it may come from somebody else.
+
+local ffi = require "ffi"
+
+local check = require "limax.run.check"
+local config = require "limax.run.config"
+local engine_population = require "limax.engine.population"
+local failure = require "limax.base.failure"
+local files = require "limax.run.files"
+local host = require "limax.host"
+local journal = require "limax.run.journal"
+local npy = require "limax.base.npy"
+local reader = require "limax.run.reader"
+local robot_file = require "limax.robot.robot_file"
+local seal = require "limax.base.seal"
+local shell = require "limax.base.shell"
+local source = require "limax.base.source"
+local structured = require "limax.base.structured"
+
+---@class limax.run_folder : limax.run.reader
+---@field writer limax.host.writer writes files asynchronously, in order
+---@field lock limax.host.lock of the journal
+---@field sizes table<string, integer> bytes of each growing file, by its place
+---@field jobs table<integer, integer> the last job of a repetition's newest generation
+---@field pending { job: integer, line: table }[] lines of the journal that are not on disk yet
+---@field on_disk table|nil the line of the newest generation that is
+local Folder = setmetatable({}, { __index = reader.methods })
+Folder.__index = Folder
+
+local folder = {}
+
+folder.is_run, folder.read = reader.is_run, reader.read
+
+-- ---- writing files ------------------------------------------------------------------------------
+
+-- Notes which generations are on disk.
+local function update(self)
+  local done = self.writer:done()
+  while self.pending[1] and self.pending[1].job <= done do
+    self.on_disk = table.remove(self.pending, 1).line
+  end
+end
+
+--- Ends the run after a disk error; complete generations stay on disk.
+---@param ok any
+function Folder:check(ok, message)
+  update(self)
+  if ok then return end
+  local text = "no generation is on disk yet"
+  if self.on_disk then
+    text = ("everything up to generation %d of repetition %d is on disk; continue with: %s")
+      :format(self.on_disk.generation, self.on_disk.repetition, shell.resume_command(self.path))
+  end
+  failure.raise_machine("disk", message .. "; " .. text)
+end
+
+--- Waits until everything is on disk.
+function Folder:settle() self:check(self.writer:wait()) end
+
+-- Makes the folder of a file.
+local function make_folder_of(self, place)
+  self:check(host.file.mkdir(self.path .. "/" .. source.folder_of(place)))
+end
+
+-- Writes a file asynchronously. Returns its size and hash.
+local function put(self, place, text)
+  local _, size, hash = self.writer:write(self.path .. "/" .. place, text)
+  return { size, hash }
+end
+
+-- The same of an array, whose header is followed by `size` bytes that `fill` writes.
+local function put_array(self, place, header, size, fill)
+  local memory = ffi.cast("char *", self.writer:array(#header + size))
+  ffi.copy(memory, header, #header)
+  fill(memory + #header)
+  local _, bytes, hash = self.writer:write_array(self.path .. "/" .. place)
+  return { bytes, hash }
+end
+
+-- Appends a line to a growing file. Returns where it ends, and its hash.
+local function append(self, name, repetition, line)
+  local place = files.growing(name, repetition)
+  local _, size, hash = self.writer:append(self.path .. "/" .. place,
+    host.json.encode(line) .. "\n")
+  self.sizes[place] = (self.sizes[place] or 0) + size
+  return { self.sizes[place], hash }
+end
+
+-- Appends a line to the journal.
+local function note(self, line, state_text)
+  local job = self.writer:append(self.journal.path, self.journal:add(line, state_text))
+  if line.kind == "generation" then table.insert(self.pending, { job = job, line = line }) end
+  return job
+end
+
+-- Writes a file after all that is still to be written, and waits until it is on disk.
+local function write_now(self, place, text)
+  make_folder_of(self, place)
+  put(self, place, text)
+  self:settle()
+end
+
+---@class limax.run_folder.generation
+---@field robots limax.population.scored recorded
+---@field metrics table its line
+---@field evaluations integer of its repetition, up to here
+---@field matrix number[][]|nil B of the encoding, with generation 0
+
+--- Writes a generation asynchronously; the line of the journal comes last. Raises an error of
+--- writing an earlier one.
+---@param written limax.run_folder.generation
+---@return number seconds that the run waited
+function Folder:write(written)
+  local began, robots = host.clock(), written.robots
+  local repetition, generation = robots.repetition, robots.generation
+  -- one generation of a repetition is being written at a time
+  self:check(self.writer:wait(self.jobs[repetition] or 0))
+  local function place(kind) return files.place(kind, repetition, generation) end
+  for _, kind in ipairs(generation == 0 and { "robots", "genomes", "champion" } or {}) do
+    make_folder_of(self, place(kind))
+  end
+  local all, made = robots.rows, robots.engine
+  local bytes = all.count * all.layout.size
+  local line = { kind = "generation", repetition = repetition, generation = generation,
+    scored_by = self.scored_by, evaluations = written.evaluations,
+    recent = self.config.record_population == "best" or nil,
+    transcript = source.size(self.path .. "/transcript.jsonl"), files = {}, lines = {} }
+  line.files.robots = put_array(self, place "robots", structured.header(all.layout, all.count),
+    bytes, function(memory) ffi.copy(memory, all.data, bytes) end)
+  line.files.genomes = put_array(self, place "genomes",
+    npy.header("<f4", { made.count, made.genes }), made.count * made.genes * ffi.sizeof "float",
+    function(memory) engine_population.copy_genomes(made, ffi.cast("float *", memory)) end)
+  line.files.champion = put(self, place "champion",
+    robot_file.text(robots[robots.ranked[1]]:table()))
+  line.files.matrix = written.matrix and put(self, place "matrix", npy.table(written.matrix))
+  local ledger, seconds = { schema = "limax.ledger/1", repetition = repetition,
+    generation = generation }, {}
+  for key, value in pairs(robots.decided.ledger) do ledger[key] = value end
+  for key, value in pairs(robots.timing) do seconds[key] = value end
+  line.lines.ledger = append(self, "ledger", repetition, ledger)
+  line.lines.metrics = append(self, "metrics", repetition, written.metrics)
+  seconds.write = host.clock() - began
+  line.lines.timing = append(self, "timing", repetition, { schema = "limax.timing/1",
+    repetition = repetition, generation = generation, ended = host.time(), seconds = seconds,
+    supervision = robots.decided.numbers })
+  self.jobs[repetition] = note(self, line, robots.state_text)
+  local old = self.journal:entry(repetition, generation - files.RECENT)
+  for _, kind in ipairs(old and old.recent and files.REMOVED or {}) do
+    self.writer:remove(self.path .. "/" .. files.place(kind, repetition, old.generation))
+  end
+  return host.clock() - began
+end
+
+-- ---- a new run ----------------------------------------------------------------------------------
+
+-- An object that writes a folder; nil and a message where another process does.
+local function locked(path)
+  local lock, message = host.file.lock(path .. "/" .. journal.FILE)
+  if not lock then
+    return nil, message:find("in use by", 1, true) and path .. " is in use by another process"
+      or message
+  end
+  local writer
+  writer, message = host.file.writer()
+  if not writer then failure.raise(1, message) end
+  return setmetatable({ path = path, lock = lock, writer = writer, sizes = {}, jobs = {},
+    pending = {} }, Folder)
+end
+
+-- Sets the configuration under which robots are scored.
+local function configure(self, made)
+  self.config, self.scored_by = made, config.scored_by(made)
+end
+
+-- What a process may leave that dies before its folder is a run.
+local BEGUN = { scripts = true, [journal.FILE] = true }
+
+local function is_free(path)
+  for _, name in ipairs(host.file.list(path) or {}) do
+    if not BEGUN[name] and not name:match "^%..*%.part$" then return false end
+  end
+  return source.size(path .. "/" .. journal.FILE) == 0
+end
+
+--- The first free folder `runs/NAME-1`, `runs/NAME-2`, ...
+function folder.next_free(name)
+  local n = 1
+  while host.file.exists(("runs/%s-%d"):format(name, n)) do n = n + 1 end
+  return ("runs/%s-%d"):format(name, n)
+end
+
+--- Makes and locks a folder that `begin` makes a run; nil and a message where it is used already.
+---@return limax.run_folder|nil
+---@return string|nil
+function folder.take(path)
+  if host.file.exists(path) == "file" then
+    failure.raise(2, path .. " is a file, not a folder for a run")
+  end
+  local ok, message = host.file.mkdir(path)
+  if not ok then failure.raise(2, message) end
+  local used = ("%s is used already; name another folder, or continue it: with `limax run --resume"
+    .. " %s`, or in a script's own loop with limax.start(experiment, { out = %q, resume = true })")
+    :format(path, path, path)
+  if next(host.file.list(path) or {}) and not host.file.exists(path .. "/" .. journal.FILE) then
+    return nil, used
+  end
+  local self
+  self, message = locked(path)
+  if not self or is_free(path) then return self, message end
+  self:close()
+  return nil, used
+end
+
+-- Scripts, each under its name below `place`.
+local function write_scripts(self, place, scripts)
+  for _, copy in ipairs(scripts) do write_now(self, place .. "/" .. copy.file, copy.text) end
+end
+
+--- Writes what a run begins with into a folder that was just taken.
+---@param options { repetition: integer|nil, overrides: string[]|nil, own_loop: true|nil }
+function Folder:begin(experiment, options)
+  local made, scripts = config.of(experiment, options)
+  configure(self, made)
+  write_scripts(self, "scripts", scripts)
+  local text = seal.add(made)
+  write_now(self, config.FILE, text)
+  self.config_name, self.config_hash = config.FILE, config.hash(text)
+  self.journal = assert(journal.read(self.path))
+end
+
+--- Makes a new run folder.
+---@param options { repetition: integer|nil, overrides: string[]|nil, own_loop: true|nil }
+---@return limax.run_folder
+function folder.create(path, experiment, options)
+  local self, message = folder.take(path)
+  if not self then failure.raise(2, message) end
+  self:begin(experiment, options)
+  return self
+end
+
+--- Begins to write: adds this process, its device and the number of its ranks to the journal. From
+--- here on the configuration is in force.
+---@param device limax.device
+---@param ranks integer|nil of mpirun
+function Folder:start(device, ranks)
+  note(self, { kind = "begin", started = host.time(), version = host.version,
+    commit = host.commit, ranks = ranks, config = self.config_name,
+    config_hash = self.config_hash, machine = host.environment(), device = device:describe(),
+    transcript = source.size(self.path .. "/transcript.jsonl") })
+  self:settle()
+end
+
+-- ---- continuing a run ---------------------------------------------------------------------------
+
+--- Opens a run folder to go on with it, and locks it. Nothing is changed yet.
+---@return limax.run_folder
+function folder.open(path)
+  local read = folder.read(path)
+  local self, message = locked(read.path)
+  if not self then failure.raise(1, message) end
+  -- as it is now that nobody else writes it
+  read = folder.read(read.path)
+  for name, value in pairs(read) do self[name] = value end
+  configure(self, read.config)
+  return self
+end
+
+-- Refuses a damaged folder, and says from which generation it can go on.
+local function refuse_damage(self, damage)
+  local last, remedy = check.last_whole(self, damage), "restore what is damaged from a copy"
+  if check.is_unreadable(damage) then
+    remedy = "make every file readable, then continue with: " .. shell.resume_command(self.path)
+  elseif last then
+    remedy = ("everything up to generation %d is whole; go on from there with: %s --from %d")
+      :format(last, shell.resume_command(self.path), last)
+  end
+  failure.raise(1, ("%s is damaged:\n%s\n%s"):format(self.path, check.text(damage), remedy))
+end
+
+-- The repetitions that lose generations after `from`: those that are damaged, or all. Refuses what
+-- could not go on.
+local function cut_of(self, damage, from)
+  local damaged, all, last = {}, host.json.array {}, -1
+  for _, each in ipairs(damage) do
+    if each.repetition then damaged[each.repetition] = true end
+  end
+  for _, r in ipairs(self:repetitions()) do
+    if not next(damaged) or damaged[r] then
+      all[#all + 1] = r
+      last = math.max(last, (self.journal.next[r] or 0) - 1)
+      local kept = self.journal:entry(r, from)
+      local first = math.max(0, from - files.RECENT + 1)
+      local path = ("%s/%s"):format(self.path, files.place("robots", r, first))
+      if kept and kept.recent and not host.file.exists(path) then
+        failure.raise(2, ("--from %d: record.population = \"best\" keeps all robots of the newest"
+          .. " %d generations only, and going on needs those of generation %d; leave out --from, or"
+          .. " start again with record.population = \"all\""):format(from, files.RECENT, first))
+      end
+    end
+  end
+  if from > last then
+    failure.raise(2, ("--from %d: the last generation in %s is %d"):format(from, self.path, last))
+  end
+  return all
+end
+
+-- The damage that a cut leaves.
+local function remaining(damage, from)
+  local rest = {}
+  for _, each in ipairs(damage) do
+    if not each.generation or each.generation <= from or each.unreadable then
+      rest[#rest + 1] = each
+    end
+  end
+  return rest
+end
+
+-- Removes files of generations after the last one, and parts of files.
+local function clean(self, below, last)
+  local path = self.path .. below
+  for _, name in ipairs(host.file.exists(path, true) == "folder" and host.file.list(path) or {}) do
+    local generation = tonumber(name:match "^g(%d+)%.")
+    if name:match "^%..*%.part$" or generation and generation > last then
+      self:check(host.file.remove(path .. "/" .. name))
+    end
+  end
+end
+
+-- After a cut: the transcript without what belongs to later generations.
+local function cut_transcript(self)
+  local text = source.read(self.path .. "/transcript.jsonl")
+  if not text then return end
+  write_now(self, "transcript.jsonl", (text:gsub("[^\n]*\n", function(line)
+    local r = tonumber(line:match '"repetition":(%d+)')
+    local g = tonumber(line:match '"generation":(%d+)')
+    return r and g and g <= self.journal:newest(r) and line or ""
+  end)))
+end
+
+-- Removes everything that the journal does not name.
+local function cut_files(self)
+  self:check(host.file.truncate(self.journal.path, self.journal.bytes))
+  clean(self, "", math.huge)
+  for _, name in ipairs(host.file.list(self.path) or {}) do
+    if name:match "^scripts" then clean(self, "/" .. name, math.huge) end
+    local r = tonumber(name:match "^r(%d+)$")
+    local last = r and self.journal:newest(r)
+    for kind in pairs(r and files.PLACES or {}) do
+      clean(self, "/" .. source.folder_of(files.place(kind, r, 0)), last)
+    end
+    for _, growing in ipairs(r and files.GROWING or {}) do
+      local place = files.growing(growing, r)
+      local entry = self.journal:entry(r, last)
+      self.sizes[place] = entry and entry.lines[growing][1] or 0
+      if host.file.exists(self.path .. "/" .. place) then
+        self:check(host.file.truncate(self.path .. "/" .. place, self.sizes[place]))
+      end
+    end
+  end
+end
+
+-- The name of the next configuration: "config-2.json" after the first one.
+local function next_config(self)
+  local n = tonumber(self.config_name:match "^config%-(%d+)%.json$") or 1
+  return ("config-%d.json"):format(n + 1), ("scripts-%d"):format(n + 1)
+end
+
+--- Verifies a folder, then removes everything after the last generation that is named, or after the
+--- generation `from`. Where configuration or scripts changed, the new ones come beside the former;
+--- they are in force from the next `start` on. Nothing is changed before everything is verified.
+---@param made table the current configuration
+---@param scripts table[] the current scripts
+---@param changed boolean
+---@param from? integer the last generation to keep
+function Folder:continue(made, scripts, changed, from)
+  local damage = check.folder(self)
+  local repetitions = from and cut_of(self, damage, from)
+  local rest = from and remaining(damage, from) or damage
+  if rest[1] then refuse_damage(self, rest) end
+  if from then
+    self:check(host.file.truncate(self.journal.path, self.journal.bytes))
+    note(self, { kind = "cut", from = from, repetitions = repetitions })
+    self:settle()
+  end
+  -- also where a process was killed in between
+  if (self.journal.last or {}).kind == "cut" then cut_transcript(self) end
+  cut_files(self)
+  configure(self, made)
+  if not changed then return end
+  local name, place = next_config(self)
+  write_scripts(self, place, scripts)
+  local text = seal.add(made)
+  write_now(self, name, text)
+  self.config_name, self.config_hash = name, config.hash(text)
+end
+
+-- ---- the end ------------------------------------------------------------------------------------
+
+--- Writes how the run ended. It is done only with every named file there.
+---@param ended "done"|"stopped"|"failed"
+---@param message? string why it failed
+function Folder:finish(ended, message)
+  if ended == "done" then self:settle() else self.writer:wait() end
+  update(self)
+  if ended == "done" then
+    local missing = check.missing(self)
+    self:check(not missing, missing)
+  end
+  note(self, { kind = "end", state = ended, message = message, ended = host.time() })
+  self:check(self.writer:wait())
+end
+
+--- Lets other processes write this folder.
+function Folder:close()
+  self.writer:wait()
+  if self.lock then self.lock:free() end
+  self.lock = nil
+end
+
+return folder

@@ -1,0 +1,277 @@
+--- reader.lua: a run folder as commands read it. Every file and every line is compared with the
+--- journal, and every object with its fields (settings/records.lua): a damaged or foreign file ends
+--- the command with one message that names file, line, field and what was expected.
+
+local ffi = require "ffi"
+
+local choice = require "limax.base.choice"
+local config = require "limax.run.config"
+local failure = require "limax.base.failure"
+local files = require "limax.run.files"
+local host = require "limax.host"
+local journal = require "limax.run.journal"
+local npy = require "limax.base.npy"
+local record_rules = require "limax.settings.record_rules"
+local records = require "limax.settings.records"
+local rows = require "limax.robot.rows"
+local source = require "limax.base.source"
+
+---@class limax.run.reader
+---@field path string
+---@field config table in force
+---@field config_name string its file
+---@field config_hash string
+---@field owner "own"|"other"|"edited"|"none" whose configuration it is (base/seal.lua)
+---@field key string|nil name of the key that sealed it
+---@field journal limax.journal
+local Reader = {}
+Reader.__index = Reader
+
+local reader = { methods = Reader }
+
+local RULES = { metrics = record_rules.rule(records.generation),
+  ledger = record_rules.rule(records.ledger), timing = record_rules.rule(records.timing) }
+
+-- Ends the command; a damaged file may contain anything, but no control character is shown.
+local function damaged(where, message)
+  failure.raise_damaged(("%s: %s"):format(where, (tostring(message):gsub("%c", "?"))))
+end
+
+--- Is there a run that can be read?
+function reader.is_run(path)
+  return host.file.exists(path .. "/" .. config.FILE) == "file"
+    and host.file.exists(path .. "/" .. journal.FILE) == "file"
+end
+
+-- What to add to a message about a folder that is none of a run, and holds some.
+local function runs_in(folder)
+  for _, name in ipairs(host.file.list(folder) or {}) do
+    local path = folder .. "/" .. name
+    if reader.is_run(path) then
+      return ("; it holds runs, such as %s: limax list %s"):format(path, folder)
+    end
+  end
+  return ""
+end
+
+-- Refuses links, and what would wait forever, in a folder that may come from somebody else.
+local function refuse_links(path, depth)
+  for _, name in ipairs(host.file.list(path) or {}) do
+    local inner = path .. "/" .. name
+    local kind = host.file.exists(inner, true)
+    if kind == "other" then
+      failure.raise(2, ("%s is a link, or no regular file: a run folder holds its files itself;"
+        .. " replace it by a copy"):format(inner))
+    elseif kind == "folder" and depth > 0 then
+      refuse_links(inner, depth - 1)
+    end
+  end
+end
+
+--- Reads a run folder as it is now; ends the command where it is not one.
+---@param path string
+---@return limax.run.reader
+function reader.read(path)
+  path = #path > 1 and path:gsub("/+$", "") or path
+  if not reader.is_run(path) then
+    local old = host.file.exists(path .. "/" .. config.FILE) == "file"
+    failure.raise(2, old and ("%s was written by limax before 0.4 (it has no journal.jsonl): read it"
+      .. " with that version, or make a copy for report and compare: limax"
+      .. " scripts/dev/convert_run.lua %s NEW"):format(path, path)
+      or ("%s is not a run folder: it has no config.json%s"):format(path, runs_in(path)))
+  end
+  refuse_links(path, 1)
+  local read, message = journal.read(path)
+  if not read then failure.raise_damaged(message) end
+  local self = setmetatable({ path = path, journal = read, config_name = read.config }, Reader)
+  local where, text = path .. "/" .. read.config, nil
+  text, message = source.read_own(where)
+  if not text then failure.raise_damaged(message) end
+  self.config_hash = config.hash(text)
+  self.config, self.owner, self.key = config.parse(text, "")
+  if not self.config then damaged(where, (self.owner:gsub("^: ", ""))) end
+  if read.config_hash and read.config_hash ~= self.config_hash then self.owner = "edited" end
+  return self
+end
+
+--- A reader that another rank made: of its scripts only.
+---@param facts { path: string, config: table, config_name: string, owner: string }
+---@return limax.run.reader
+function reader.of(facts) return setmetatable(facts, Reader) end
+
+--- The folder of the scripts of the configuration in force.
+---@return string
+function Reader:scripts_place()
+  return (self.config_name:gsub("^config", "scripts"):gsub("%.json$", ""))
+end
+
+--- The repetitions that have a generation.
+---@return integer[]
+function Reader:repetitions()
+  local list = {}
+  for _, r in ipairs(choice.sorted_keys(self.journal.generations)) do
+    if self.journal:newest(r) >= 0 then list[#list + 1] = r end
+  end
+  return list
+end
+
+--- The newest generation of a repetition; -1 where it has none.
+---@return integer
+function Reader:last(repetition) return self.journal:newest(repetition) end
+
+--- The evaluations of a repetition so far.
+---@return integer
+function Reader:evaluations(repetition)
+  local entry = self.journal:entry(repetition, self:last(repetition))
+  return entry and entry.evaluations or 0
+end
+
+--- Waits for what this process still writes to the folder: a reader writes nothing.
+function Reader:settle() end
+
+-- The object of a line of a growing file.
+local function object_of(text, name, where, entry)
+  if host.xxh3(text) ~= entry.lines[name][2] then
+    damaged(where, ("the line of generation %d does not match its hash in %s"):format(
+      entry.generation, journal.FILE))
+  end
+  local value, message = host.json.decode(text, "")
+  if value == nil then damaged(where, (message:gsub("^: ", ""):gsub("^line 1, ", ""))) end
+  message = type(value) ~= "table" and "expected a JSON object" or select(2, RULES[name](value, ""))
+  if message then damaged(where, message) end
+  return value
+end
+
+-- Calls `visit(text, entry, where)` with the lines of some generations of a growing file.
+local function each_line(self, name, repetition, first, last, visit)
+  self:settle()
+  local path = ("%s/%s"):format(self.path, files.growing(name, repetition))
+  if host.file.exists(path, true) == "other" then damaged(path, "is a link, or no file") end
+  local file, message = source.open(path)
+  if not file then failure.raise_damaged(message) end
+  local before = self.journal:entry(repetition, first - 1)
+  local at = before and before.lines[name][1] or 0
+  file:seek("set", at)
+  for generation = first, last do
+    local entry = self.journal:entry(repetition, generation)
+    local ends = entry.lines[name][1]
+    local text = file:read(math.max(0, ends - at)) or ""
+    at = ends
+    visit(text, entry, ("%s, line %d"):format(path, generation + 1))
+  end
+  file:close()
+end
+
+--- The lines of a growing file, of all generations that the journal names.
+---@param name "metrics"|"ledger"|"timing"
+---@return table[]
+function Reader:lines(name, repetition)
+  local list = {}
+  each_line(self, name, repetition, 0, self:last(repetition), function(text, entry, where)
+    list[#list + 1] = object_of(text, name, where, entry)
+  end)
+  return list
+end
+
+--- The same of one generation, without the fields that say whose it is.
+---@return table
+function Reader:line(name, repetition, generation)
+  local found
+  each_line(self, name, repetition, generation, generation, function(text, entry, where)
+    found = object_of(text, name, where, entry)
+  end)
+  found.schema = nil
+  if name == "ledger" then found.repetition, found.generation = nil, nil end
+  return found
+end
+
+-- Why a file of robots is not there; the end of a message.
+local function why_missing(self, entry)
+  if entry.recent then
+    return (": record.population = \"best\" keeps all robots of the newest %d generations only;"
+      .. " \"all\" keeps them"):format(files.RECENT)
+  elseif not entry.files.robots then
+    return (": %s was made from a run of an earlier version"):format(self.path)
+  end
+  return ""
+end
+
+--- Does the folder have all robots of a generation?
+---@return boolean
+function Reader:has_robots(repetition, generation)
+  local entry = self.journal:entry(repetition, generation)
+  return entry ~= nil and entry.files.robots ~= nil
+    and (not entry.recent or generation > self:last(repetition) - files.RECENT)
+end
+
+--- The bytes of a file of a generation.
+---@param kind "robots"|"genomes"|"champion"|"matrix"
+---@return string
+---@return string path
+function Reader:file(kind, repetition, generation)
+  self:settle()
+  local path = ("%s/%s"):format(self.path, files.place(kind, repetition, generation))
+  local entry = self.journal:entry(repetition, generation)
+  local part = entry and entry.files[kind]
+  if not part then
+    failure.raise(1, ("%s is not kept%s"):format(path, entry and why_missing(self, entry)
+      or ": the run has no such generation"))
+  end
+  local text, message, missing = source.read_own(path)
+  if not text and missing and entry.recent then
+    failure.raise(1, ("%s is not kept%s"):format(path, why_missing(self, entry)))
+  elseif not text then
+    failure.raise_damaged(message)
+  elseif #text ~= part[1] or host.xxh3(text) ~= part[2] then
+    damaged(path, ("does not match its size and hash in %s"):format(journal.FILE))
+  end
+  return text, path
+end
+
+-- The names of the materials, in the order of a body's counts.
+local function materials_of(self)
+  local names = {}
+  for k, material in ipairs(self.config.materials.materials or self.config.materials) do
+    names[k] = material.name
+  end
+  return names
+end
+
+--- The bytes of a generation's robots.
+---@return string
+function Reader:robots(repetition, generation)
+  return (self:file("robots", repetition, generation))
+end
+
+--- The robots of a generation.
+---@return limax.rows
+function Reader:rows(repetition, generation)
+  local bytes, path = self:file("robots", repetition, generation)
+  local all, message = rows.read(bytes, materials_of(self))
+  if not all then damaged(path, message) end
+  return all
+end
+
+--- The genomes of a generation, or of one robot.
+---@param index integer|nil
+---@return string float32 [robot][gene], or [gene]
+function Reader:genomes(repetition, generation, index)
+  local bytes, path = self:file("genomes", repetition, generation)
+  local array, message = npy.decode(bytes)
+  if not array then damaged(path, message) end
+  local width = array.shape[2] and array.shape[2] * ffi.sizeof "float" or 0
+  if array.kind ~= "<f4" or width == 0 then damaged(path, "holds no genomes") end
+  if not index then return array.data end
+  return array.data:sub((index - 1) * width + 1, index * width)
+end
+
+--- What goes on from a generation, besides its robots.
+---@return table generation, metrics, ledger, evaluations, state
+function Reader:kept(repetition, generation)
+  local entry = self.journal:entry(repetition, generation)
+  return { generation = generation, metrics = self:line("metrics", repetition, generation),
+    ledger = self:line("ledger", repetition, generation), evaluations = entry.evaluations,
+    state = entry.state, scores_valid = entry.scored_by == config.scored_by(self.config) }
+end
+
+return reader
