@@ -215,6 +215,7 @@ void open_files(lua_State* L) {
     add_function<lua_absolute>(L, "absolute");
     add_function<lua_lock>(L, "lock");
     add_function<lua_is_locked>(L, "is_locked");
+    add_temporaries(L);
     add_writer(L);
     lua_setfield(L, -2, "file");
 }

@@ -83,9 +83,11 @@ std::string find_home(const fs::path& executable) {
     // freeing objects may wait, for a child process for example: not after Ctrl-C
     if (was_interrupted()) {
         std::fflush(nullptr);
+        remove_temporaries();
         _exit(status);
     }
     lua_close(L);
+    remove_temporaries();
     // NOLINTNEXTLINE(concurrency-mt-unsafe): the other threads only wait
     std::exit(status);
 }

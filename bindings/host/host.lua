@@ -56,6 +56,9 @@
 --- created if missing, until it is freed or this process ends
 ---@field is_locked fun(path: string): boolean|nil, string|nil has a process locked this regular
 --- file? Needs only the right to read it
+---@field temporary fun(): string|nil, string|nil path of a new folder in $TMPDIR, else in /tmp,
+--- that only this user can access; the process removes it at its end, unless it is killed
+---@field remove_temporary fun(path: string): true|nil, string|nil with everything in it
 ---@field writer fun(): limax.host.writer
 
 ---@class limax.host.signal

@@ -27,6 +27,12 @@ std::string xxh3(std::string_view text);
 // Replaces the globals `next` and `pairs`.
 void replace_next(lua_State* L);
 
+// Adds the functions for temporary folders to the table `file` on top of the stack.
+void add_temporaries(lua_State* L);
+
+// Removes the temporary folders of this process, at its end.
+void remove_temporaries() noexcept;
+
 // Adds the function `writer` to the table `file` on top of the stack.
 void add_writer(lua_State* L);
 

@@ -31,7 +31,8 @@ Child.__index = Child
 
 --- Starts a command with its output in files.
 ---@param command string words for a shell
----@param base string path of the files, without their endings
+---@param base string path of the files, without their endings, in a folder that only this user can
+--- write to: `host.file.temporary`
 ---@return limax.child
 function child.start(command, base)
   local self = setmetatable({}, Child)
@@ -42,21 +43,6 @@ function child.start(command, base)
   end
   self.pipe = assert(io.popen(("exec setsid sh %s.sh 2>/dev/null"):format(holes.BASE), "w"))
   return self
-end
-
---- A new empty folder for the files of children.
----@return string path
-function child.folder()
-  local path = os.tmpname()
-  os.remove(path)
-  assert(host.file.mkdir(path))
-  return path
-end
-
---- Removes a folder of children that have ended.
-function child.remove_folder(path)
-  for _, name in ipairs(host.file.list(path) or {}) do host.file.remove(path .. "/" .. name) end
-  host.file.remove(path)
 end
 
 --- Its exit status; nil while it runs.

@@ -103,7 +103,9 @@ function Sink:open()
   local C = open()
   self.C = C
   if self.kind == "pdf" then
-    self.scale, self.file = POINTS_PER_PX, os.tmpname()
+    local folder, message = host.file.temporary()
+    if not folder then failure.raise(1, message) end
+    self.scale, self.folder, self.file = POINTS_PER_PX, folder, folder .. "/picture.pdf"
     self.surface = C.cairo_pdf_surface_create(self.file, self.width * self.scale,
       self.height * self.scale)
     C.cairo_pdf_surface_set_metadata(self.surface, PDF_TITLE, self.title)
@@ -229,7 +231,7 @@ function Sink:finish()
     C.cairo_surface_finish(self.surface)
     check(C, C.cairo_surface_status(self.surface), self.file)
     local bytes, message = source.read(self.file)
-    os.remove(self.file)
+    host.file.remove_temporary(self.folder)
     return assert(bytes, message)
   end
   local width, height = self.width * self.scale, self.height * self.scale

@@ -189,6 +189,28 @@ suite:test("files are written atomically, extended by lines, and locked", functi
   t:ok(file.lock(folder)):free()
 end)
 
+suite:test("a temporary folder is private, and goes with its process", function(t)
+  local folder, file = t:folder(), host.file
+  t:ok(file.mkdir(folder .. "/tmp") and file.write_atomic(folder .. "/kept", "kept"))
+  for ending, expected in pairs { [""] = 0, ["error 'boo'"] = 1, ["os.exit(3)"] = 3,
+    ["io.popen 'kill -INT $PPID' require('limax.host').wait(60)"] = 130 } do
+    local status, output = process.script(folder, [[
+local file = require("limax.host").file
+local path = file.temporary()
+os.execute("stat -c %a " .. path .. " && ln -s $PWD/kept " .. path)
+file.mkdir(path .. "/a/b")
+print(#file.list "tmp", file.remove_temporary(file.temporary()), #file.list "tmp")
+]] .. ending, "TMPDIR=tmp")
+    t:equal({ status, output:match "^(.-\n.-)\n", file.list(folder .. "/tmp") },
+      { expected, "700\n1\ttrue\t1", {} })
+  end
+  t:equal(process.read(folder .. "/kept"), "kept")
+  t:raises("not a temporary folder of this process", function() file.remove_temporary "/" end)
+  local _, output = process.script(folder, "print(require('limax.host').file.temporary())",
+    "TMPDIR=no")
+  t:ok(output:find "^nil\tcannot make a folder in .*/no: No such file", output)
+end)
+
 suite:test("a file is locked by one process at most, which a reader sees", function(t)
   local folder, file = t:folder(), host.file
   local path = folder .. "/journal"

@@ -38,13 +38,15 @@ local function run_command(words)
   for i, word in ipairs { host.executable, "run", unpack(words) } do
     quoted[i] = shell.quoted(word)
   end
+  local folder, message = host.file.temporary()
+  if not folder then failure.raise(1, message) end
   local began = host.clock()
-  local pipe = assert(io.popen(([[folder=$(mktemp -d) || exit 1
-    trap 'rm -rf "$folder"' EXIT
-    %s --out "$folder/run" -q 2>&1; echo "status $?"]]):format(table.concat(quoted, " "))))
+  local pipe = assert(io.popen(('%s --out %s/run -q 2>&1; echo "status $?"'):format(
+    table.concat(quoted, " "), shell.quoted(folder))))
   local text = pipe:read "*a"
   pipe:close()
   local seconds = host.clock() - began
+  host.file.remove_temporary(folder)
   host.raise_if_interrupted()
   if not text:find "status 0\n$" then failure.raise(1, "limax run failed: " .. text) end
   local usage = ffi.new "struct limax_bench_rusage"

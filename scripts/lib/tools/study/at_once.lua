@@ -3,6 +3,7 @@
 local cells = require "limax.tools.study.cells"
 local child = require "limax.base.child"
 local exchange = require "limax.base.exchange"
+local failure = require "limax.base.failure"
 local host = require "limax.host"
 local shell = require "limax.base.shell"
 local sweep = require "limax.tools.study.sweep"
@@ -71,7 +72,9 @@ end
 ---@param settings limax.at_once.settings
 ---@return integer failed
 function at_once.run(self, settings)
-  local folder, next_run, failed, busy = child.folder(), 1, 0, {}
+  local next_run, failed, busy = 1, 0, {}
+  local folder, message = host.file.temporary()
+  if not folder then failure.raise(1, message) end
   local function start(place)
     local number
     repeat
@@ -106,7 +109,7 @@ function at_once.run(self, settings)
   -- all are interrupted before the first is waited for
   for _, state in pairs(busy) do state.child:interrupt() end
   for _, state in pairs(busy) do state.child:close() end
-  child.remove_folder(folder)
+  host.file.remove_temporary(folder)
   if not fine then error(value == host.interrupt and value or trace or value, 0) end
   return failed
 end

@@ -7,7 +7,6 @@ local compare = require "limax.tools.test.compare"
 local engine = require "limax.engine"
 local golden = require "limax.tools.test.golden"
 local schema = require "limax.engine.schema"
-local shell = require "limax.base.shell"
 local statistics = require "limax.tools.test.statistics"
 local strict = require "limax.engine.strict"
 local suggest = require "limax.engine.suggest"
@@ -259,13 +258,8 @@ end
 --- A new, empty folder, removed after the test.
 ---@return string path
 function methods:folder()
-  local base = os.getenv "TMPDIR"
-  if not base or base == "" then base = "/tmp" end
-  local name = os.tmpname()
-  os.remove(name)
-  local path = ("%s/limax-test-%s"):format(base, name:match "([^/]*)$")
-  local fine, message = host.file.mkdir(path)
-  if not fine then fail(("folder: %s: %s"):format(path, tostring(message))) end
+  local path, message = host.file.temporary()
+  if not path then fail("folder: " .. message) end
   self.folders[#self.folders + 1] = path
   return path
 end
@@ -286,7 +280,7 @@ end
 ---@return string|nil failure of a fixture's close
 function methods:close()
   local wrong = context.close_all(self.closing)
-  for _, path in ipairs(self.folders) do os.execute("rm -rf " .. shell.quoted(path)) end
+  for _, path in ipairs(self.folders) do host.file.remove_temporary(path) end
   if self.device then self.device:free "its test was over" end
   return wrong
 end

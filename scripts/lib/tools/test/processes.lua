@@ -5,6 +5,7 @@
 --- reported in the order of the plan. Times in seconds.
 
 local child = require "limax.base.child"
+local failure = require "limax.base.failure"
 local host = require "limax.host"
 local report = require "limax.tools.test.report"
 local runner = require "limax.tools.test.runner"
@@ -187,7 +188,9 @@ end
 ---@param options limax.test_processes_options
 ---@param take fun(event: limax.test_event)
 function processes.run_all(plan, options, take)
-  options.folder, options.number = child.folder(), 0
+  local folder, problem = host.file.temporary()
+  if not folder then failure.raise(1, problem) end
+  options.folder, options.number = folder, 0
   local running, next_file = {}, 1
   local fine, message, trace = host.protect(function()
     while next_file <= #plan.files or #running > 0 do
@@ -216,7 +219,7 @@ function processes.run_all(plan, options, take)
   for _, one in ipairs(running) do
     if one.child then one.child:close() end
   end
-  child.remove_folder(options.folder)
+  host.file.remove_temporary(folder)
   if not fine then error(message == host.interrupt and message or trace or message, 0) end
 end
 
