@@ -3,6 +3,7 @@
 --- engine's bytes, or the handles made, exceed a limit.
 
 local C = require("limax.engine.abi").C
+local schema = require "limax.engine.schema"
 
 local memory = {}
 
@@ -11,6 +12,7 @@ local FLOOR = 64 * 1024 * 1024
 -- handles made and not freed between two collections; they also bound other resources, such as
 -- threads
 local HANDLES = 256
+local weight_rule = schema.whole(1, 2 ^ 31, 1)
 
 local limit = FLOOR
 local made = 0
@@ -23,7 +25,7 @@ function memory.bytes_held() return tonumber(C.limax_bytes_held()) end
 ---@param weight integer|nil how many handles this one counts for
 ---@return boolean collected
 function memory.collect(weight)
-  made = made + (weight or 1)
+  made = made + schema.demand(weight_rule, weight, "collect")
   if made < HANDLES and memory.bytes_held() <= limit then return false end
   -- the first collection drops views, the second their states and what these own
   collectgarbage "collect"

@@ -52,17 +52,19 @@ function shared:free(why)
   if type(self) ~= "table" or not classes[getmetatable(self)] then
     fault.raise(("free: expected an object, got %s"):format(type(self)))
   end
-  if not self.handle then return end
-  ffi.gc(self.handle, nil)
-  self.end_handle(self.handle)
-  memory.freed()
-  object.set(self, "handle", nil)
+  local handle = self.handle
+  if not handle then return end
+  -- C frees last: an error or an interrupt on the way leaves the handle to the garbage collector,
+  -- and never an object that would free it again
   object.set(self, "freed", fault.where())
+  object.set(self, "handle", nil)
   why = why or ("its %s was freed"):format(self.kind_name)
   object.end_views(self.life, why)
   for _, life in ipairs { "bodies_life", "writing_life" } do
     if self[life] then object.end_views(self[life], why) end
   end
+  memory.freed()
+  self.end_handle(ffi.gc(handle, nil))
 end
 
 local function with_article(noun) return (noun:match "^[aeiou]" and "an " or "a ") .. noun end

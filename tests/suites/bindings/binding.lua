@@ -132,6 +132,29 @@ lifetimes:test("using a freed object raises with the line of free", function(t)
     function() engine.population { count = 1, encoding = encoding } end)
 end)
 
+lifetimes:test("an error while an object is freed never frees it again", function(t)
+  t:raises("collect: expected a whole number", function() engine.collect(5LL) end)
+  -- as an interrupt does, which a prompt survives: after so many instructions
+  local function stop()
+    debug.sethook()
+    error "stopped"
+  end
+  for count = 1, 200 do
+    local made = { engine.scene(ALL), engine.population { count = 1, lattice = LATTICE },
+      MATERIALS:copy(), engine.device "cpu" }
+    for _, object in ipairs(made) do
+      jit.off(object.free)
+      pcall(function()
+        debug.sethook(stop, "", count)
+        object:free()
+        debug.sethook()
+      end)
+      object:free()
+      t:ok(tostring(object):find "^freed ")
+    end
+  end
+end)
+
 lifetimes:test("objects can be freed in any order", function(t)
   local expected =
     simulated({ center_of_mass = 50 }, engine.device "cpu"):trace(1, "center_of_mass"):table()
