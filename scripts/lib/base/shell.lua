@@ -2,6 +2,7 @@
 
 local host = require "limax.host"
 local ranks = require "limax.base.ranks"
+local terminal = require "limax.base.terminal"
 
 local shell = {}
 
@@ -14,7 +15,7 @@ end
 -- A word of a command that is printed. Control characters do not reach a terminal as they are, so
 -- they are written as bash, zsh and POSIX of 2024 read them.
 local function printed(word)
-  if not word:find "%c" and not word:find "\194[\128-\159]" then return shell.quoted(word) end
+  if not word:find "%c" and terminal.shown(word) == word then return shell.quoted(word) end
   word = word:gsub("['\\]", "\\%0"):gsub("[%c\128-\255]", function(character)
     return ("\\x%02x"):format(character:byte())
   end)

@@ -79,7 +79,21 @@ function terminal.dim(text, style) return style.color and "\27[2m" .. text .. "\
 -- The colours that limax makes, as above and in body_picture.lua.
 local OWN_COLORS = { "^%[[012]m$", "^%[38;5;%d+m$", "^%[48;5;%d+;38;5;16m$" }
 
-local function escape(character) return ("\\u%04x"):format(character:byte(-1)) end
+-- Control characters as patterns of their bytes: the ASCII ones but line ends, tabs and escape, the
+-- C1 ones, and those that change the direction of the text around them, which reorder a line.
+local CONTROLS = { "[%z\1-\8\11-\26\28-\31\127]", "\194[\128-\159]", "\216\156",
+  "\226\128[\142\143\170-\174]", "\226\129[\166-\169]" }
+
+local function escape(character)
+  local first, second, third = character:byte(1, -1)
+  local code = first
+  if third then
+    code = (first % 16 * 64 + second % 64) * 64 + third % 64
+  elseif second then
+    code = first % 32 * 64 + second % 64
+  end
+  return ("\\u%04x"):format(code)
+end
 
 --- A text with names and messages of other people as it may be sent to a terminal: control
 --- characters are shown as \u001b, which JSON reads as what it was. Line ends and tabs stay.
@@ -89,7 +103,7 @@ function terminal.shown(text, color)
   if terminal.utf8(text) ~= text then
     text = text:gsub("[\128-\255]", function(byte) return ("\\x%02x"):format(byte:byte()) end)
   end
-  text = text:gsub("[%z\1-\8\11-\26\28-\31\127]", escape):gsub("\194[\128-\159]", escape)
+  for _, pattern in ipairs(CONTROLS) do text = text:gsub(pattern, escape) end
   return (text:gsub("\27(%[?[%d;]*m?)", function(rest)
     for _, pattern in ipairs(OWN_COLORS) do
       if color and rest:find(pattern) then return nil end

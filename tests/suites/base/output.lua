@@ -13,13 +13,14 @@ suite:test("control characters are shown, line ends and limax's own colours stay
   t:equal(terminal.shown(painted), "\\u001b[38;5;34mä\\u001b[0m\t\n")
   for text, shown in pairs { ["\27[2J\27[8mx\27"] = "\\u001b[2J\\u001b[8mx\\u001b",
     ["\0\7\r\127"] = "\\u0000\\u0007\\u000d\\u007f", ["\194\155c"] = "\\u009bc",
-    ["\155c"] = "\\x9bc" } do
+    ["\155c"] = "\\x9bc", ["a\226\128\174b\226\129\169\216\156"] = "a\\u202eb\\u2069\\u061c",
+    ["“שלום” …"] = "“שלום” …" } do
     t:equal(terminal.shown(text, true), shown)
   end
 end)
 
 suite:test("a printed command names a folder with control characters", function(t)
-  local name = "it's\na \\ \27[31mb\194\155"
+  local name = "it's\na \\ \27[31mb\194\155\226\128\174"
   local command = shell.resume_command(name)
   t:equal(terminal.shown(command), command)
   local word = command:match "%-%-resume (.*)"
