@@ -1,8 +1,11 @@
 --- llm_supervisor.lua: runs that a language model supervises, from prompt to transcript, and what
 --- can go wrong on the way. A client of the suite's own replaces the model.
 
+local client = require "limax.supervise.llm.client"
 local host = require "limax.host"
 local limax = require "limax"
+local model_stage = require "support.model_stage"
+local process = require "support.process"
 local source = require "limax.base.source"
 local talker = require "support.talker"
 
@@ -152,6 +155,42 @@ suite:test("a run without a folder is supervised as well", function(t)
   t:equal({ history[2].ledger.source, history[2].parameters.mutation_rate }, { "model", 0.12 })
 end)
 
+-- Values that JSON holds, and that no field of an answer should have.
+local HOSTILE = { 1e300, -1, 0.5, 1e10, 2 ^ 53 - 1, "1", ("9"):rep(1e5), host.json.null,
+  host.json.array {}, {}, true }
+local FIELDS = { "id", "model", "usage", "prompt_tokens", "completion_tokens", "finish_reason",
+  "mutation_rate" }
+
+local function hostile_answer(field, value)
+  local body = model_stage.completion(host.json.encode {
+    mutation_rate = field == "mutation_rate" and value or 0.12 }).body
+  body.choices[1].finish_reason = field == "finish_reason" and value or "stop"
+  if body[field] then body[field] = value end
+  if body.usage[field] then body.usage[field] = value end
+  return { status = 200, headers = {}, body = host.json.encode(body) }
+end
+
+suite:test("nothing that an answer holds makes the folder unreadable", { limit = 120 }, function(t)
+  local asked = 0
+  local done = run(t, { "llm", price = { input = 1e6, output = 1e6 },
+    client = function(options, machine)
+      local names = { LIMAX_LLM_URL = "http://127.0.0.1:9", LIMAX_LLM_MODEL = "m" }
+      machine.environment = function(name) return names[name] end
+      machine.http = function()
+        asked = asked + 1
+        return hostile_answer(FIELDS[(asked - 1) % #FIELDS + 1],
+          HOSTILE[math.floor((asked - 1) / #FIELDS) % #HOSTILE + 1])
+      end
+      return client.new(options, machine)
+    end }, { generations = #FIELDS * #HOSTILE + 1 })
+  t:ok(asked > #FIELDS * #HOSTILE, "second questions for refused fields")
+  local folder = done.folder:match "^(.*)/run$"
+  for _, words in ipairs { { "list", "run", "--check" }, { "report", "run" } } do
+    local read = process.ends(folder, words)
+    t:ok(read.status == 0, read.stderr)
+  end
+end)
+
 -- ---- prompts, options, clients ------------------------------------------------------------------
 
 suite:test("a live prompt takes effect at the next generation, each version is kept",
@@ -226,14 +265,14 @@ suite:test("the expected waiting time is reported once, after the first answer",
   end)
 
 suite:test("wrong options are refused before the run", function(t)
-  local client = talker.new(function() return "{}" end)
+  local silent = talker.new(function() return "{}" end)
   for expected, options in pairs {
     ['supervisor "llm".context: expected "summary", "paper" or a function'] = { context = "all" },
     ['supervisor "llm".fallback: "llm" cannot be the fallback of a model'] = { fallback = "llm" },
     ['supervisor "llm".key: an experiment cannot name a key'] = { key = "sk-1" },
     ['there is no nowhere.md'] = { prompt = "nowhere.md" },
   } do
-    options[1], options.client = "llm", client
+    options[1], options.client = "llm", silent
     t:raises(expected, function() run(t, options) end)
   end
 end)

@@ -2,6 +2,7 @@
 --- missing or of another type.
 
 local host = require "limax.host"
+local usage = require "limax.supervise.llm.usage"
 
 local reply = {}
 
@@ -117,16 +118,11 @@ local function content_of(value)
   return table.concat(parts)
 end
 
-local function count(value)
-  if type(value) ~= "number" or value < 0 or value ~= math.floor(value) then return nil end
-  return value
-end
-
 --- What an answer used: both counts or none, since half a usage gives no cost.
 ---@return { input_tokens: integer, output_tokens: integer }|nil
 function reply.usage(value)
   value = object(value.usage)
-  local input, output = count(value.prompt_tokens), count(value.completion_tokens)
+  local input, output = usage.count(value.prompt_tokens), usage.count(value.completion_tokens)
   if not input or not output then return nil end
   return { input_tokens = input, output_tokens = output }
 end
@@ -175,7 +171,7 @@ end
 --- The fields of an answer under OpenTelemetry's names.
 ---@return table<string, any>
 function reply.telemetry(value)
-  local usage, reasons = reply.usage(value) or {}, host.json.array {}
+  local used, reasons = reply.usage(value) or {}, host.json.array {}
   for _, choice in ipairs(list(value.choices)) do
     reasons[#reasons + 1] = text(object(choice).finish_reason)
   end
@@ -183,8 +179,8 @@ function reply.telemetry(value)
     ["gen_ai.response.id"] = text(value.id), ["gen_ai.response.model"] = text(value.model),
     ["gen_ai.openai.response.system_fingerprint"] = text(value.system_fingerprint),
     ["gen_ai.response.finish_reasons"] = #reasons > 0 and reasons or nil,
-    ["gen_ai.usage.input_tokens"] = usage.input_tokens,
-    ["gen_ai.usage.output_tokens"] = usage.output_tokens,
+    ["gen_ai.usage.input_tokens"] = used.input_tokens,
+    ["gen_ai.usage.output_tokens"] = used.output_tokens,
   }
 end
 

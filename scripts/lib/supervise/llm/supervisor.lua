@@ -13,6 +13,7 @@ local source = require "limax.base.source"
 local terminal = require "limax.base.terminal"
 local text = require "limax.supervise.llm.text"
 local transcript = require "limax.supervise.llm.transcript"
+local usage = require "limax.supervise.llm.usage"
 
 local supervisor = {}
 
@@ -108,8 +109,10 @@ function Session:ask(purpose, request)
   end
   note.attempts, note.finish_reason = answer.attempts, answer.finish_reason
   note.truncation = answer.truncation
-  local usage = answer.usage or {}
-  note.input_tokens, note.output_tokens = usage.input_tokens, usage.output_tokens
+  -- a client of the experiment's own may pass on what an endpoint reports
+  local used = answer.usage or {}
+  note.input_tokens, note.output_tokens = usage.count(used.input_tokens),
+    usage.count(used.output_tokens)
   note.cost = answer.cost
   return answer, note
 end

@@ -10,9 +10,21 @@ local usage = {}
 local BYTES_PER_TOKEN = 3.5
 -- A chat template adds a few tokens to each message.
 local PER_MESSAGE = 4
+-- Most tokens that one answer or its prompt may be said to have, a hundred times what models take.
+local MOST_TOKENS = 1e9
 -- A server that counts less than this share of the estimate (8.75 bytes per token, twice what
 -- prose has) has cut the prompt. In small prompts templates and rounding weigh too much.
 local LEAST_SHARE, LEAST_PROMPT = 0.4, 500
+
+--- A count of tokens as an endpoint reports it: a whole number from 0 to 1e9; nil, unknown, for
+--- any other value.
+---@param value any
+---@return integer|nil
+function usage.count(value)
+  local good = type(value) == "number" and value >= 0 and value <= MOST_TOKENS
+    and value == math.floor(value)
+  return good and value or nil
+end
 
 --- Estimated tokens of a text.
 function usage.tokens(text) return math.ceil(#text / BYTES_PER_TOKEN) end
