@@ -5,7 +5,7 @@
 
 local choice = require "limax.base.choice"
 local cells = require "limax.experiment.archives.cells"
-local lloyd = require "limax.experiment.archives.centres"
+local centres = require "limax.experiment.archives.centres"
 local engine = require "limax.engine"
 local novelty = require "limax.experiment.archives.novelty"
 local pareto = require "limax.experiment.archives.pareto"
@@ -68,16 +68,21 @@ archive.entries.grid = {
   make = cells.grid,
 }
 
+-- What a tessellation may have.
+local MOST_DIMENSIONS = 16
+local cvt_cells = { unit = "cells", minimum = 1, maximum = 1e5, integer = true,
+  note = "1000 as in the paper's first experiments" }
+local cvt_samples = schema.number { unit = "random points", minimum = 1, maximum = 1e7,
+  integer = true, note = "if left out 20 for each cell, but no more than 1e5, or three for each" }
+
 --- cvt: cells around evenly spread centres (Lloyd's algorithm), as many as named whatever the
 --- number of descriptors is; a cell keeps its best robot. Vassiliades et al., "Using centroidal
 --- Voronoi tessellations to scale up MAP-Elites", 2018.
 archive.entries.cvt = {
   options = {
-    descriptors = measures.rule { most = 16, range = true },
-    cells = schema.number { value = 1000, unit = "cells", minimum = 1, maximum = 1e5,
-      integer = true, note = "as in the paper's first experiments" },
-    samples = schema.number { unit = "random points", minimum = 1, maximum = 1e7, integer = true,
-      note = "if left out 20 for each cell, but no more than 1e5, or three for each" },
+    descriptors = measures.rule { most = MOST_DIMENSIONS, range = true },
+    cells = schema.number(cvt_cells, 1000),
+    samples = cvt_samples,
     qd_offset = qd_offset,
   },
   make = cells.cvt,
@@ -120,7 +125,13 @@ archive.entries.pareto = {
 ---@param samples? integer as the option of that name
 ---@return number[][] [cell][dimension]
 function archive.centres(cell_count, dimensions, samples)
-  return lloyd(cell_count, dimensions, samples)
+  local what = "limax.archive.centres"
+  schema.demand(schema.number(cvt_cells), cell_count, what .. ": cell_count")
+  schema.demand(schema.whole(1, MOST_DIMENSIONS), dimensions, what .. ": dimensions")
+  if samples ~= nil then schema.demand(cvt_samples, samples, what .. ": samples") end
+  local refusal = centres.refusal(cell_count, dimensions, samples)
+  if refusal then engine.fail(("%s: %s"):format(what, refusal)) end
+  return centres.of(cell_count, dimensions, samples)
 end
 
 --- The archive that an experiment names: a name, or { name, option = value }.

@@ -110,6 +110,9 @@ suite:test("a CVT keeps the best robot of the nearest centre, and spreads its ce
   for i = 1, #centres do
     for j = 1, i - 1 do t:ok(apart(centres[i], centres[j]) > 0.25 / 50) end
   end
+  t:raises("dimensions: expected a whole number from 1 to 16, got 2147483648",
+    function() limax.archive.centres(10, 2 ^ 31) end)
+  t:raises("would take hours", function() limax.archive.centres(1e5, 5) end)
 end)
 
 -- Mean distance to the nearest k of a list of { id, descriptors }, without the robot itself.

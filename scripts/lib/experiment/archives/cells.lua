@@ -1,7 +1,7 @@
 --- cells.lua: archives that keep the best robot of each cell of the descriptors' space: a grid, or
 --- the cells of given centres.
 
-local lloyd = require "limax.experiment.archives.centres"
+local centres = require "limax.experiment.archives.centres"
 local neighbours = require "limax.experiment.archives.neighbours"
 
 local cells = {}
@@ -70,13 +70,15 @@ end
 --- The cells of centres, each with the points that are nearest to its own.
 ---@param options { descriptors: limax.measure[], cells: integer, samples?: integer, qd_offset:
 --- number }
----@return limax.archive.definition
+---@return limax.archive.definition|string
 function cells.cvt(options)
   local list, dimensions = options.descriptors, #options.descriptors
+  local refusal = centres.refusal(options.cells, dimensions, options.samples)
+  if refusal then return refusal end
   local search
   return definition(options, options.cells, function(values)
     search = search
-      or neighbours.new(lloyd(options.cells, dimensions, options.samples), dimensions)
+      or neighbours.new(centres.of(options.cells, dimensions, options.samples), dimensions)
     local point = {}
     for d, measure in ipairs(list) do
       local least, most = measure.range[1], measure.range[2]

@@ -8,7 +8,29 @@ local neighbours = require "limax.experiment.archives.neighbours"
 -- Passes of Lloyd's algorithm; centres hardly move after ten.
 local PASSES = 12
 
-local known = {}
+-- In up to 4 dimensions a search visits few centres, in more nearly all. So many visits in a pass
+-- take up to half an hour.
+local FEW, MOST_VISITS = 4, 4e9
+
+local centres, known = {}, {}
+
+-- Samples, if left out 20 for each cell, but no more than 1e5, or three for each.
+local function completed(cells, samples)
+  return math.max(samples or math.max(math.min(20 * cells, 1e5), 3 * cells), cells)
+end
+
+--- Why so many centres would take too long; nil where they do not.
+---@param cells integer
+---@param dimensions integer
+---@param samples integer|nil
+---@return string|nil
+function centres.refusal(cells, dimensions, samples)
+  samples = completed(cells, samples)
+  if dimensions <= FEW or cells * samples <= MOST_VISITS then return nil end
+  return ("%d cells by %d random points in %d dimensions would take hours: cells times points may"
+    .. " be at most %.0e in more than %d dimensions"):format(cells, samples, dimensions, MOST_VISITS,
+    FEW)
+end
 
 -- Even random points.
 local function random_points(count, dimensions)
@@ -20,11 +42,11 @@ local function random_points(count, dimensions)
   return points
 end
 
--- Every centre moves to the mean of the samples that are nearest to it.
-local function pass(centres, samples, dimensions)
-  local search = neighbours.new(centres, dimensions)
+-- Every centre of the list moves to the mean of the samples that are nearest to it.
+local function pass(list, samples, dimensions)
+  local search = neighbours.new(list, dimensions)
   local sums, counts, moved = {}, {}, {}
-  for i = 1, #centres do
+  for i = 1, #list do
     sums[i], counts[i] = {}, 0
     for d = 1, dimensions do sums[i][d] = 0 end
   end
@@ -34,7 +56,7 @@ local function pass(centres, samples, dimensions)
     for d = 1, dimensions do sums[i][d] = sums[i][d] + sample[d] end
   end
   for i, sum in ipairs(sums) do
-    moved[i] = centres[i]
+    moved[i] = list[i]
     if counts[i] > 0 then
       moved[i] = {}
       for d = 1, dimensions do moved[i][d] = sum[d] / counts[i] end
@@ -49,8 +71,8 @@ end
 ---@param samples integer|nil random points that stand for the cube; if left out 20 for each cell,
 --- but no more than 1e5, or three for each
 ---@return number[][] [cell][dimension]
-return function(cells, dimensions, samples)
-  samples = math.max(samples or math.max(math.min(20 * cells, 1e5), 3 * cells), cells)
+function centres.of(cells, dimensions, samples)
+  samples = completed(cells, samples)
   local key = ("%d %d %d"):format(cells, dimensions, samples)
   if not known[key] then
     local points, list = random_points(samples, dimensions), {}
@@ -60,3 +82,5 @@ return function(cells, dimensions, samples)
   end
   return known[key]
 end
+
+return centres
