@@ -15,7 +15,7 @@ local fault = {}
 ---@field traceback string|nil of where it was raised first
 local Error = {}
 
-function Error:__tostring() return self.place .. self.text end
+function Error:__tostring() return self.place .. tostring(self.text) end
 
 function Error.__concat(left, right) return tostring(left) .. tostring(right) end
 

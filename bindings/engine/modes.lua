@@ -35,6 +35,9 @@ local function modes(robots, i, table_of_materials, in_scene, options, positions
   local materials_handle = object.handle(what .. ": materials", table_of_materials, materials.class)
   local scene_handle = object.handle(what .. ": scene", in_scene, scene.class)
   count = schema.demand(count_rule, count, what .. ": count")
+  if positions ~= nil and not view.is_view(positions) then
+    schema.refuse(what .. ": positions", "an array of positions, or nil", positions)
+  end
   local masses = C.limax_population_bodies(population_handle)[robot].masses
   count = math.min(count, 3 * masses)
   local found, shapes = ffi.new("limax_mode[?]", count), ffi.new("double[?]", 3 * masses * count)

@@ -232,6 +232,9 @@ end
 --- Any text.
 schema.string = schema.text(".*", "a text")
 
+--- The path of a file.
+schema.path = schema.text("[^%z]+", "the path of a file")
+
 --- Any table.
 schema.table = optional(function(value) return type(value) == "table" end, "a table")
 

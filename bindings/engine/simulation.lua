@@ -104,6 +104,7 @@ local deadline, deadline_text = math.huge, nil
 --- raises. nil removes the limit.
 ---@param seconds number|nil
 local function limit_time(seconds)
+  if seconds ~= nil then schema.demand(schema.number {}, seconds, "limit_time: seconds") end
   deadline = seconds and host.clock() + seconds or math.huge
   deadline_text = seconds and ("the time limit of %g s has passed"):format(seconds)
 end

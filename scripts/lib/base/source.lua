@@ -237,6 +237,23 @@ function source.scripts(origin, fields, named)
   return list
 end
 
+--- The path of the first table found that is also one of those around it, as `copy` sees them;
+--- nil where there is none.
+---@param path string of the value
+---@param around table<table, true>|nil
+---@return string|nil
+function source.cycle(value, path, around)
+  if type(value) ~= "table" or getmetatable(value) ~= nil then return nil end
+  around = around or {}
+  if around[value] then return path end
+  around[value] = true
+  for key, entry in pairs(value) do
+    local found = source.cycle(entry, path .. "." .. tostring(key), around)
+    if found then return found end
+  end
+  around[value] = nil
+end
+
 --- A deep copy of plain tables; anything else is shared.
 ---@return any
 function source.copy(value)

@@ -117,6 +117,7 @@ local function pair_of(self, i)
   if not pairs_of_parents then
     engine.fail "robots:parents: only a mutation and a crossover have parents"
   end
+  require_row(self, i, "robot")
   return pairs_of_parents[i]
 end
 
@@ -137,6 +138,7 @@ function methods:random(i)
   if not parts.counter then
     engine.fail("robots:random: " .. batch.GENES_ONLY)
   end
+  require_row(self, i, "robot")
   return engine.random(parts.seed, parts.repetition, "variation", self.generation,
     parts.counter + i)
 end

@@ -89,18 +89,21 @@ end
 ---@return table<string, true>
 function encoding.fields(spec)
   if type(spec) == "table" and spec[1] == nil then return { initial_scale = true } end
-  local name = type(spec) == "table" and spec[1] or spec
-  local entry = encoding.entries[name]
+  local entry = encoding.entries[choice.read("genome.encoding", spec, encoding.entries)]
   if entry.fields then return entry.fields end
   -- one that wraps another
   return encoding.fields(type(spec) == "table" and spec.of or "fourier")
 end
+
+local shape_rule = schema.record { lattice = schema.required(schema.numbers(3)),
+  materials = schema.required(schema.number {}) }
 
 --- The encoding that an experiment names.
 ---@param spec string|table
 ---@param shape { lattice: integer[], materials: integer }
 ---@return limax.encoding.definition
 function encoding.get(spec, shape)
+  schema.demand(shape_rule, shape, "limax.encoding.get: shape")
   local context = { lattice = shape.lattice, materials = shape.materials,
     voxels = shape.lattice[1] * shape.lattice[2] * shape.lattice[3],
     get = function(inner) return encoding.get(inner, shape) end }
@@ -123,6 +126,10 @@ end
 ---@param shape { lattice: integer[], materials: integer, seed: any, repetition: integer }
 ---@return limax.encoding
 function encoding.of_engine(definition, genome, shape)
+  local what = "limax.encoding.of_engine: "
+  schema.demand(schema.table, definition, what .. "definition")
+  schema.demand(schema.table, genome, what .. "genome")
+  schema.demand(schema.table, shape, what .. "shape")
   return engine.encoding { network = definition.network or "none", genes = definition.genes,
     features = genome.features, sigma = genome.sigma, hidden = genome.hidden,
     initial_scale = genome.initial_scale, lattice = shape.lattice, materials = shape.materials,

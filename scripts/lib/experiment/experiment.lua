@@ -121,6 +121,8 @@ for name, rule in pairs(require("limax.engine.encoding").genome_rules) do
   genome_fields[name] = rule
 end
 
+local texts = schema.list(schema.required(schema.string), { expected = "a list of texts" })
+
 local five = fields.experiment.lattice.value
 local rules = schema.fields {
   name = schema.text("[%w][%w_%-%.]*", "a name of letters, digits and _ - ."),
@@ -147,7 +149,7 @@ local rules = schema.fields {
   trials = anything,
   supervisor = anything,
   supervision = with(rules_of(fields.supervision), { ranges = ranges }),
-  not_in_paper = schema.list(schema.text(".*", "a text"), { expected = "a list of texts" }),
+  not_in_paper = texts,
 }
 
 -- ---- resolution ---------------------------------------------------------------------------------
@@ -305,6 +307,12 @@ end
 
 -- ---- the module ---------------------------------------------------------------------------------
 
+-- Ends the call at the caller's line.
+local function refuse(message, file, line)
+  local place = file and (line and ("%s:%d: "):format(file, line) or file .. ": ") or ""
+  failure.raise(2, message, place)
+end
+
 --- Checks and resolves an experiment. Errors raise at the caller's line, with exit status 2.
 --- Fields: name, lattice, materials, seed, genome, scene, simulation, record, population,
 --- generations, evaluations, repetitions, islands, breeding, fitness (the one without a
@@ -314,14 +322,17 @@ end
 function experiment.new(spec)
   local file, line = source.caller()
   if rawequal(spec, package.loaded.limax) then
-    failure.raise(2, "limax:experiment: write limax.experiment { ... }, with a dot", file and line
-      and ("%s:%d: "):format(file, line))
+    refuse("limax:experiment: write limax.experiment { ... }, with a dot", file, line)
+  end
+  local cycle = source.cycle(spec, "limax.experiment")
+  if cycle then
+    refuse(cycle .. ": expected values that can be copied, got a table that contains itself", file,
+      line)
   end
   local result, message = resolve(source.copy(spec), file)
   experiment.idle = true
-  if result then return result end
-  local place = file and (line and ("%s:%d: "):format(file, line) or file .. ": ") or ""
-  failure.raise(2, message, place)
+  if not result then refuse(message, file, line) end
+  return result
 end
 
 --- Is this value an experiment?
@@ -333,13 +344,17 @@ function experiment.is(value) return getmetatable(value) == Experiment end
 ---@param changes string[]
 ---@return limax.experiment
 function Experiment:override(changes)
+  changes = schema.demand(texts, changes, "override")
   if #changes == 0 then return self end
   local spec = source.copy(self.spec)
   local applied, message = overrides.apply(spec, changes,
     { config = self.config, materials = readers(self.origin).materials })
   local result
   if applied then result, message = resolve(spec, self.origin) end
-  if not result then failure.raise(2, message .. overrides.hint(changes)) end
+  if not result then
+    local file, line = source.caller()
+    refuse(message .. overrides.hint(changes), line and file, line)
+  end
   return result
 end
 

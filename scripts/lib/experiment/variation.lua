@@ -112,6 +112,8 @@ end
 ---@param definition limax.encoding.definition
 ---@return { mutation: limax.variation.step, crossover: limax.variation.step }
 function variation.get(genome, definition)
+  schema.demand(schema.table, genome, "limax.variation.get: genome")
+  schema.demand(schema.table, definition, "limax.variation.get: definition")
   return {
     mutation = step("genome.mutation", genome.mutation, variation.mutations, definition.mutate,
       "gaussian"),

@@ -5,6 +5,7 @@ local engine = require "limax.engine"
 local failure = require "limax.base.failure"
 local prepared = require "limax.robot.prepared"
 local robot_in_motion = require "limax.robot.robot_in_motion"
+local schema = require "limax.engine.schema"
 
 local modes = {}
 
@@ -87,7 +88,8 @@ end
 ---@return { body: limax.robot.body, context: table } drawn what pictures of it need
 function modes.of(robot, count, options)
   local own, standing = {}, false
-  for name, value in pairs(options or {}) do
+  options = options == nil and {} or schema.demand(schema.table, options, "modes: options")
+  for name, value in pairs(options) do
     if name == "standing" then standing = value == true else own[name] = value end
   end
   local parts = prepared.parts(robot, own)

@@ -81,7 +81,12 @@ local function weight_layers(weight, lattice, name)
     if type(weight) == "function" then
       value = weight(x, y, z)
     else
-      value = weight[x] and weight[x][y] and weight[x][y][z]
+      value = weight
+      local path = "limax.robot: weights." .. name
+      for _, index in ipairs { x, y, z } do
+        if type(value) ~= "table" then schema.refuse(path, "numbers as [x][y][z]", value) end
+        value, path = value[index], ("%s[%d]"):format(path, index)
+      end
     end
     if type(value) ~= "number" then
       fail("limax.robot: weights.%s: expected a number at voxel (%d, %d, %d), got %s", name, x, y,
@@ -174,7 +179,9 @@ end
 ---@param source string|limax.robot.by_hand|limax.robot.of_genome|limax.scored_robot
 ---@return limax.robot
 function robot.new(source)
-  if type(source) == "string" then return object(robot_file.read(source)) end
+  if type(source) == "string" then
+    return object(robot_file.read(schema.demand(schema.path, source, "limax.robot")))
+  end
   if scored_robot.is(source) then return robot.of(source:table()) end
   if type(source) ~= "table" then
     fail("limax.robot: expected a table { voxels = ... } or the name of a robot file, got %s",

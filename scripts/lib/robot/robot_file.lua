@@ -231,6 +231,7 @@ end
 
 --- Writes a robot file, whole or not at all.
 function robot_file.write(path, description)
+  schema.demand(schema.path, path, "save: path")
   local ok, message = host.file.write_atomic(path, robot_file.text(description))
   if not ok then engine.fail(message) end
 end

@@ -108,6 +108,10 @@ suite:test("one clear message for each wrong field, at the caller's line", funct
   end
   t:raises("fitness: expected a name", function() limax.experiment {} end)
   t:raises("limax.experiment: expected a table, got nil", function() limax.experiment(nil) end)
+  local box = { size = { 1, 1, 1 } }
+  box.inner = { box }
+  t:raises("limax.experiment.scene.boxes.1.inner.1: expected values that can be copied, got a table"
+    .. " that contains itself", function() changed { scene = { boxes = { box } } } end)
 end)
 
 suite:test("overrides change any field", function(t)

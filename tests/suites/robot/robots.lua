@@ -75,7 +75,9 @@ letters:test("each mistake raises its message at the script's line", function(t)
     { { voxels = "..\n.." }, "the body is empty" },
     { { voxel = "e" }, 'did you mean "voxels"?' },
     { { voxels = "e", weights = { phase = 2 } }, "expected a weight from 0 to 1, got 2" },
-    { { voxels = "ec", weights = { phase = { { { 1 } } } } }, "a number at voxel (2, 1, 1)" },
+    { { voxels = "ec", weights = { phase = { { { 1 } }, { {} } } } }, "at voxel (2, 1, 1)" },
+    { { voxels = "ec", weights = { stiffness = { 0.5, 1 } } },
+      "weights.stiffness[1]: expected numbers as [x][y][z], got 0.5" },
     { { voxels = "e", materials = "papr" }, 'did you mean "paper"?' },
     { 5, "limax.robot: expected a table" },
   }

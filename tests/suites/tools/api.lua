@@ -136,6 +136,53 @@ return require("limax").experiment { name = "walk", fitness = "walk", generation
   end
 end)
 
+-- Calls functions with each wrong value as the first argument, the first two, ...: prints the
+-- first error of each that names a line of limax.
+local WRONG = [[
+local limax = require "limax"
+-- the stages set globals
+setfenv(1, setmetatable({}, { __index = _G }))
+local cyclic = {}
+cyclic[1], cyclic.fitness = cyclic, cyclic
+local values = { 5, -1, 0.5, 1e300, 0 / 0, "", "x", {}, { 1 }, { "x" }, cyclic, true,
+  function() end }
+local function try(name, arguments, call)
+  for k = 1, #values + 1 do
+    local list = {}
+    for count = 1, math.max(arguments, 1) do
+      list[count] = values[k]
+      local _, problem = pcall(call, unpack(list, 1, count))
+      local text = tostring(problem)
+      if text:find "%.lua:%d+: " and text:match "([%w_.]+):%d+: " ~= "script.lua" then
+        io.write(("%s, %d times %s: %s\n"):format(name, count, tostring(values[k]), text))
+        return
+      end
+    end
+  end
+end
+]]
+-- Functions without a check of their arguments.
+local UNCHECKED = { ["limax.diversity.measure"] = true, ["limax.diversity.top_half"] = true,
+  ["limax.rescore.options"] = true, ["limax.rescore.population"] = true,
+  ["population:simulate"] = true }
+
+suite:test("an error about an argument names no line of limax", { limit = 300 }, function(t)
+  local folder, lines = t:folder(), { WRONG }
+  for _, group in ipairs(api.groups()) do
+    -- words of the prompt and parts of tests do not run in a script
+    local runs = group.prefix ~= "" and not group.files[1]:find("tools/test/", 1, true)
+    if runs then lines[#lines + 1] = group.stage end
+    for _, entry in ipairs(runs and group.list or {}) do
+      if entry.kind == "function" and not UNCHECKED[entry.name] then
+        lines[#lines + 1] = ("try(%q, %d, function(...) return %s(...) end)"):format(entry.name,
+          #entry.doc.arguments, entry.name)
+      end
+    end
+  end
+  local status, output = process.script(folder, table.concat(lines, "\n"))
+  t:equal({ output, status }, { "", 0 })
+end)
+
 suite:test("fields of an experiment are those that it takes", function(t)
   -- the fields of a group of the experiment, or of its own, from the message about an unknown one
   local function accepted(group)

@@ -19,7 +19,7 @@ local function side(name, wish, common)
     schema.refuse("compare: " .. name, "a device or a table of options", wish)
   end
   local options, parts = {}, {}
-  for key, value in pairs(common or {}) do options[key] = value end
+  for key, value in pairs(common) do options[key] = value end
   for i, key in ipairs(choice.sorted_keys(wish)) do
     options[key] = wish[key]
     parts[i] = (key == "device" and "" or key .. " ") .. tostring(wish[key])
@@ -74,6 +74,7 @@ function compare.compare(robot, first, second, options)
   if type(robot) ~= "table" or type(robot.simulate) ~= "function" then
     schema.refuse("compare", "a robot", robot)
   end
+  options = options == nil and {} or schema.demand(schema.table, options, "compare: options")
   if scored_robot.is(robot) then robot = robots.new(robot) end
   local of_first, first_title = side("first", first, options)
   local of_second, second_title = side("second", second, options)
