@@ -182,6 +182,10 @@ function command.run(arguments)
       device = arguments.device ~= "auto" and arguments.device or nil }
     if #left == 0 then
       output.warn "all runs are done\n"
+    elseif self.out:find '[%c"\\]' then
+      -- lines are commands, and Slurm reads quotes and backslashes in a way of its own
+      failure.raise(2, ("--slurm and --list need a folder without control characters, \" and \\,"
+        .. " got %s"):format(shell.path(self.out)))
     elseif arguments.slurm then
       output.write(sweep.slurm(self, left, options))
     else

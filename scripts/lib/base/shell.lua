@@ -22,11 +22,11 @@ local function printed(word)
   return "$'" .. word .. "'"
 end
 
---- A path, relative if it is below the working directory, quoted if a shell needs it.
+--- A path for a message, relative if it is below the working directory, quoted if a shell needs it.
 function shell.path(path)
   local here = host.file.absolute "."
   if path:sub(1, #here + 1) == here .. "/" then path = path:sub(#here + 2) end
-  return shell.quoted(path)
+  return printed(path)
 end
 
 --- The program as the user can call it: by name if it is on the PATH.

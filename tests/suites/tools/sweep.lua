@@ -178,6 +178,10 @@ suite:test("--slurm and --list print what computes the runs that are left", { li
     end
     local done = sweep(t, folder, "--slurm", unpack(words))
     t:equal(done.stdout .. done.stderr, "all runs are done\n")
+    for _, option in ipairs { "--slurm", "--list" } do
+      process.fails(t, folder, 2, { "sweep", "try.lua", "--out", 'a"\ntouch x', "--set",
+        "seed=1,2", option }, "need a folder without control characters")
+    end
   end)
 
 suite:test("runs at a time share the GPUs", function(t)

@@ -28,8 +28,8 @@ function centres.refusal(cells, dimensions, samples)
   samples = completed(cells, samples)
   if dimensions <= FEW or cells * samples <= MOST_VISITS then return nil end
   return ("%d cells by %d random points in %d dimensions would take hours: cells times points may"
-    .. " be at most %.0e in more than %d dimensions"):format(cells, samples, dimensions, MOST_VISITS,
-    FEW)
+    .. " be at most %.0e in more than %d dimensions"):format(cells, samples, dimensions,
+    MOST_VISITS, FEW)
 end
 
 -- Even random points.

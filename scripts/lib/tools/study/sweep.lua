@@ -170,7 +170,7 @@ function sweep.experiment(self, load)
 end
 
 --- The command line of a run.
----@param number integer
+---@param number integer|string or what a shell replaces by it
 ---@param options table<string, string|integer> by name
 ---@return string words for a shell
 function sweep.command(self, number, options)
@@ -178,7 +178,7 @@ function sweep.command(self, number, options)
     "--run", tostring(number) }
   for _, name in ipairs(choice.sorted_keys(options)) do
     words[#words + 1] = "--" .. name
-    words[#words + 1] = tostring(options[name])
+    words[#words + 1] = shell.quoted(tostring(options[name]))
   end
   return table.concat(words, " ")
 end
@@ -207,14 +207,14 @@ function sweep.slurm(self, numbers, options)
     "#SBATCH --array=" .. ranges(numbers),
     "#SBATCH --cpus-per-task=" .. options.threads,
     options.device == "cuda" and "#SBATCH --gres=gpu:1" or "#SBATCH --ntasks=1",
-    ('#SBATCH --output="%s/slurm-%%A-%%a.log"'):format(out),
+    ('#SBATCH --output="%s/slurm-%%A-%%a.log"'):format((out:gsub("%%", "%%%%"))),
     "#SBATCH --open-mode=append",
     "#SBATCH --requeue",
     "# interrupted 60 s before the time limit; the next submission goes on",
     "#SBATCH --signal=B:INT@60",
     ("# %d of %d runs are left; add your account, partition and time limit"):format(#numbers,
       #self.runs),
-    "exec " .. sweep.command(self, "NUMBER", options):gsub("NUMBER", '"$SLURM_ARRAY_TASK_ID"'),
+    "exec " .. sweep.command(self, '"$SLURM_ARRAY_TASK_ID"', options),
     "",
   }, "\n")
 end
