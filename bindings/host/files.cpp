@@ -1,6 +1,5 @@
 // files.cpp: files and folders for scripts. Every function returns true (or its value), or nil and
 // a message with the path and the system's reason.
-#include <sys/file.h>
 #include <sys/stat.h>
 
 #include <filesystem>
@@ -152,31 +151,15 @@ struct flock whole_file() {
     fail("lock", path);
 }
 
-// Locks a regular file. The lock belongs to the descriptor and ends with it; anybody who may read
-// the file can ask about it. `what` is the name in messages.
-int lock_file(const std::string& path, const std::string& what) {
-    descriptor file(open_own(path, O_RDWR | O_CREAT));
-    struct flock whole = whole_file();
-    if (fcntl(file.get(), F_OFD_SETLK, &whole) != 0) fail_lock(what);
-    return file.release();
-}
-
-// Locks a folder, or where those cannot be locked, as on NFS, a file in it.
-int lock_folder(const std::string& path) {
-    descriptor folder(open_path(path, O_RDONLY));
-    if (!folder.fine()) fail("open", path);
-    if (flock(folder.get(), LOCK_EX | LOCK_NB) == 0) return folder.release();
-    if (errno != EBADF) fail_lock(path);
-    return lock_file(path + "/.lock", path);
-}
-
-// lock(path): locks a folder or a regular file (created if missing) for this process.
+// lock(path): locks a regular file, created if missing, for this process. The lock belongs to the
+// descriptor and ends with it; anybody who may read the file can ask about it.
 int lua_lock(lua_State* L) {
     const std::string path = path_argument(L, 1);
-    std::error_code ignored;
-    const int locked = fs::is_directory(path, ignored) ? lock_folder(path) : lock_file(path, path);
+    descriptor file(open_own(path, O_RDWR | O_CREAT));
+    struct flock whole = whole_file();
+    if (fcntl(file.get(), F_OFD_SETLK, &whole) != 0) fail_lock(path);
     auto* const held = static_cast<int*>(lua_newuserdata(L, sizeof(int)));
-    *held = locked;
+    *held = file.release();
     luaL_getmetatable(L, lock_type);
     lua_setmetatable(L, -2);
     return 1;

@@ -18,7 +18,6 @@
 #include "json.h"
 #include "limax_cdef.inc"
 #include "modules.h"
-#include "rows.h"
 #include "signals.h"
 
 namespace limax::host {
@@ -123,7 +122,6 @@ void open_host(lua_State* L, const command_line& line) {
     open_signals(L);
     open_protect(L, line.home);
     open_json(L);
-    open_rows(L);
     open_hashes(L);
     open_http(L);
     open_xml(L);

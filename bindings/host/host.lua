@@ -9,10 +9,6 @@
 ---@field array fun(list: table): table marks a table, so that it is written as [] if it is empty
 ---@field is_array fun(value: any): boolean
 
----@class limax.host.rows
----@field lines fun(npy: string): string|nil, string|nil the rows of an array of records as lines of
---- JSON (rows.h), fields in their order in the file
-
 ---@class limax.host.lock
 ---@field free fun(self: limax.host.lock)
 
@@ -25,12 +21,8 @@
 ---@field array fun(self: limax.host.writer, bytes: integer): lightuserdata memory for the caller to
 --- fill, and then to write with `write_array`
 ---@field write_array fun(self: limax.host.writer, path: string): integer, integer, string
----@field write_lines fun(self: limax.host.writer, path: string, npy: string): integer the lines of
---- rows, which the writer makes
 ---@field append fun(self: limax.host.writer, path: string, text: string): integer, integer, string
 --- whole lines; not through a link
----@field append_hashes fun(self: limax.host.writer, path: string, line: string): integer a sealed
---- line, in which the hashes of the lines and of the array before replace 16 ? and 16 !
 ---@field remove fun(self: limax.host.writer, path: string): integer a file, which may be missing
 ---@field wait fun(self: limax.host.writer, job?: integer): true|nil, string|nil waits until jobs up
 --- to this one, or all, are on disk
@@ -52,8 +44,8 @@
 ---@field remove fun(path: string): true|nil, string|nil a file or an empty folder
 ---@field rename fun(from: string, to: string): true|nil, string|nil
 ---@field absolute fun(path: string): string
----@field lock fun(path: string): limax.host.lock|nil, string|nil locks a folder or a regular file,
---- created if missing, until it is freed or this process ends
+---@field lock fun(path: string): limax.host.lock|nil, string|nil locks a regular file, created if
+--- missing, until it is freed or this process ends
 ---@field is_locked fun(path: string): boolean|nil, string|nil has a process locked this regular
 --- file? Needs only the right to read it
 ---@field temporary fun(): string|nil, string|nil path of a new folder in $TMPDIR, else in /tmp,
@@ -158,7 +150,6 @@
 ---@field version string
 ---@field cdef string the declarations of limax.h
 ---@field json limax.host.json
----@field rows limax.host.rows
 ---@field file limax.host.file
 ---@field signal limax.host.signal
 ---@field interrupt table the error value that Ctrl-C raises

@@ -17,33 +17,19 @@
 #include "durable.h"
 #include "guard.h"
 #include "modules.h"
-#include "rows.h"
 
 namespace limax::host {
 namespace {
 
 const char* const writer_type = "limax.writer";
 
-enum class task { write, write_array, write_lines, append, append_hashes, remove };
+enum class task { write, append, remove };
 
 struct job {
     std::string path;
     std::string bytes;
     task what;
 };
-
-// Puts the hashes of what was written before it into a line of sealed.lua whose writer did not know
-// them, and seals the line again.
-std::string completed(const std::string& line, const std::string& lines, const std::string& array) {
-    const std::string_view opening = "{\"hash\":\"";
-    constexpr std::size_t digits = 16;
-    const std::size_t first = opening.size() + digits + 1;
-    std::string rest = line.substr(first, line.size() - 1 - first);
-    for (const auto& [letter, hash] : {std::pair('?', lines), std::pair('!', array)})
-        if (const std::size_t at = rest.find(std::string(digits, letter)); at != rest.npos)
-            rest.replace(at, digits, hash);
-    return std::string(opening) + xxh3(rest) + '"' + rest + '\n';
-}
 
 class writer {
 public:
@@ -113,21 +99,11 @@ public:
     std::uint64_t added() const { return added_; }
 
 private:
-    void carry_out(const job& next) {
+    static void carry_out(const job& next) {
         switch (next.what) {
             case task::remove: std::remove(next.path.c_str()); return;
             case task::write: return replace(next.path, next.bytes);
-            case task::write_array:
-                array_hash_ = xxh3(next.bytes);
-                return replace(next.path, next.bytes);
             case task::append: return append_own(next.path, next.bytes);
-            case task::append_hashes:
-                return append_own(next.path, completed(next.bytes, lines_hash_, array_hash_));
-            case task::write_lines: {
-                const std::string text = lines_of_rows(next.bytes);
-                lines_hash_ = xxh3(text);
-                return replace(next.path, text);
-            }
         }
     }
 
@@ -161,10 +137,9 @@ private:
     std::deque<job> jobs_;     // the first one is in progress
     std::uint64_t added_ = 0;  // used by the thread that runs scripts
     std::uint64_t done_ = 0;
-    std::string array_;                    // used by the thread that runs scripts
-    std::string lines_hash_, array_hash_;  // of the last lines; used by the thread
-    std::string spare_;                    // of a job that is done, the longest one
-    std::string problem_;                  // of the first job that failed
+    std::string array_;    // used by the thread that runs scripts
+    std::string spare_;    // of a job that is done, the longest one
+    std::string problem_;  // of the first job that failed
     bool ends_ = false;
     std::thread thread_;
 };
@@ -196,24 +171,11 @@ int lua_array(lua_State* L) {
 }
 
 int lua_write_array(lua_State* L) {
-    return add_hashed(L, {path_argument(L, 2), writer_argument(L).take_array(), task::write_array});
-}
-
-int lua_write_lines(lua_State* L) {
-    return push(L, writer_argument(L).add(
-                       {path_argument(L, 2), std::string(text_argument(L, 3)), task::write_lines}));
+    return add_hashed(L, {path_argument(L, 2), writer_argument(L).take_array(), task::write});
 }
 
 int lua_append(lua_State* L) {
     return add_hashed(L, {path_argument(L, 2), std::string(lines_argument(L, 3)), task::append});
-}
-
-int lua_append_hashes(lua_State* L) {
-    const std::string_view line = lines_argument(L, 3);
-    luaL_argcheck(L, line.starts_with("{\"hash\":\"") && line.size() > 30, 3,
-                  "expected a sealed line");
-    return push(
-        L, writer_argument(L).add({path_argument(L, 2), std::string(line), task::append_hashes}));
 }
 
 int lua_remove(lua_State* L) {
@@ -256,9 +218,7 @@ void add_writer(lua_State* L) {
     add_function<lua_write>(L, "write");
     add_function<lua_array>(L, "array");
     add_function<lua_write_array>(L, "write_array");
-    add_function<lua_write_lines>(L, "write_lines");
     add_function<lua_append>(L, "append");
-    add_function<lua_append_hashes>(L, "append_hashes");
     add_function<lua_remove>(L, "remove");
     add_function<lua_wait>(L, "wait");
     add_function<lua_done>(L, "done");

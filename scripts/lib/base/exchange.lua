@@ -55,24 +55,6 @@ function exchange.first(make)
   return exchange.is_first and value or list[1]
 end
 
---- An object whose methods rank 0 calls for all, such as a run folder that only it can read.
----@generic T
----@param object T|nil nil on the other ranks
----@return T
-function exchange.object(object)
-  if ranks.count == 1 then return object end
-  return setmetatable({}, { __index = function(_, name)
-    return function(_, ...)
-      local arguments, count = { ... }, select("#", ...)
-      local results = exchange.first(function()
-        local first, second = object[name](object, unpack(arguments, 1, count))
-        return { first = first, second = second }
-      end)
-      return results.first, results.second
-    end
-  end })
-end
-
 --- Keeps a warning of this rank for the next `take_warnings`; rank 0 shows it.
 ---@param text string
 ---@param key string

@@ -56,6 +56,16 @@ local function described(kind)
   if width then return ("'|%s'"):format(kind), width end
 end
 
+local function is_text(field) return type(field.kind) == "string" and field.kind:match "^S" end
+
+--- Have two fields values of one form? Texts may differ in their length.
+---@param a limax.structured.field
+---@param b limax.structured.field
+function structured.same_kind(a, b)
+  if is_text(a) and is_text(b) then return a.count == b.count end
+  return a.count == b.count and described(a.kind) == described(b.kind)
+end
+
 -- The declaration of a field as the member of a struct.
 local function member(field)
   local kind, lists = field.kind, field.count and ("[%d]"):format(field.count) or ""
@@ -139,9 +149,8 @@ function structured.copy(to, i, from, j, count)
             source + k * from.layout.size + other.offset + theirs[inner].offset, at.size)
         end
       end
-    elseif other and described(other.field.kind) == described(place.field.kind)
-      or other and type(place.field.kind) == "string" and type(other.field.kind) == "string"
-      and place.field.kind:sub(1, 1) == "S" and other.field.kind:sub(1, 1) == "S" then
+    elseif other and (described(other.field.kind) == described(place.field.kind)
+      or is_text(place.field) and is_text(other.field)) then
       local size = math.min(place.size, other.size)
       for k = 0, count - 1 do
         ffi.copy(into + k * to.layout.size + place.offset,

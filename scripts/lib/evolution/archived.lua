@@ -6,6 +6,7 @@ local ffi = require "ffi"
 
 local engine = require "limax.engine"
 local rows = require "limax.robot.rows"
+local rows_file = require "limax.robot.rows_file"
 local source = require "limax.base.source"
 local view = require "limax.engine.view"
 
@@ -156,7 +157,7 @@ function archived.pack(self)
     for name, value in pairs(row) do
       if type(name) == "string" then plain[name] = value end
     end
-    list[k] = { row = plain, robot = rows.pack(row[ROBOT][1]),
+    list[k] = { row = plain, robot = rows_file.pack(row[ROBOT][1]),
       genome = type(row[GENOME]) == "string" and row[GENOME]
         or ffi.string(row[GENOME], ffi.sizeof(row[GENOME])) }
   end
@@ -171,7 +172,7 @@ function archived.unpack(list, materials)
   local entered = {}
   for k, each in ipairs(list) do
     entered[k] = each.row
-    archived.complete(each.row, assert(rows.read(each.robot, materials))[1], each.genome)
+    archived.complete(each.row, assert(rows_file.read(each.robot, materials))[1], each.genome)
   end
   return changed(nil, entered)
 end

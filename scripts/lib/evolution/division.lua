@@ -8,7 +8,7 @@ local engine_population = require "limax.engine.population"
 local exchange = require "limax.base.exchange"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
-local rows = require "limax.robot.rows"
+local rows_file = require "limax.robot.rows_file"
 local state = require "limax.run.state"
 
 local division = {}
@@ -118,7 +118,7 @@ end
 
 -- Robots that another rank sent.
 local function unpacked(robots, bytes)
-  local sent, message = rows.read(bytes, robots.rows.materials)
+  local sent, message = rows_file.read(bytes, robots.rows.materials)
   if not sent then failure.raise(1, "a rank sent robots that cannot be read: it " .. message) end
   return sent
 end
@@ -179,7 +179,7 @@ local function take(robots, slice, bytes)
         .. REASON)
     end
   end
-  rows.take(robots.rows, slice, sent)
+  rows_file.take(robots.rows, slice, sent)
 end
 
 --- Gives the robots that this rank scored to all others and takes theirs.
@@ -197,8 +197,8 @@ function division.exchange(robots, failures, own_state)
   end
   local began = host.clock()
   local messages = exchange.all { made = fingerprint(robots), failures = own,
-    warnings = exchange.take_warnings(), robots = rows.pack(all, slices[r]),
-    checked = checked and rows.pack(all, { checked }),
+    warnings = exchange.take_warnings(), robots = rows_file.pack(all, slices[r]),
+    checked = checked and rows_file.pack(all, { checked }),
     seconds = robots.timing.simulate + robots.timing.fitness }
   robots.timing.ranks = host.clock() - began
   compare_made(robots, messages)

@@ -12,6 +12,7 @@ local history = require "limax.run.history"
 local materials = require "limax.evolution.materials"
 local metrics = require "limax.run.metrics"
 local rows = require "limax.robot.rows"
+local rows_file = require "limax.robot.rows_file"
 local scoring = require "limax.robot.scoring"
 local state = require "limax.run.state"
 local step_check = require "limax.evolution.step_check"
@@ -116,7 +117,7 @@ function record.write(run, robots)
     robots.timing.write = run.folder:write { robots = robots, metrics = line,
       evaluations = run.evaluations, matrix = line.generation == 0 and run.world:matrix() or nil }
   else
-    run.packed[line.generation] = rows.pack(robots.rows)
+    run.packed[line.generation] = rows_file.pack(robots.rows)
   end
   if run.on_generation then run.on_generation(robots.entry, robots.timing) end
 end
@@ -139,7 +140,7 @@ local function rebuilt(run, kept, all, genomes)
 end
 
 local function read_rows(run, kept, bytes)
-  local all, message = rows.read(bytes, run.world:material_names())
+  local all, message = rows_file.read(bytes, run.world:material_names())
   if all then return all end
   failure.raise_damaged(("generation %d of repetition %d: its array of robots %s"):format(
     kept.generation, run.world.repetition, message))

@@ -127,11 +127,12 @@ function Folder:write(written)
     scored_by = self.scored_by, evaluations = written.evaluations,
     recent = self.config.record_population == "best" or nil,
     transcript = source.size(self.path .. "/transcript.jsonl"), files = {}, lines = {} }
-  line.files.robots = put_array(self, place "robots", structured.header(all.layout, all.count),
-    bytes, function(memory) ffi.copy(memory, all.data, bytes) end)
+  -- the longest array first: it takes the memory of the one before
   line.files.genomes = put_array(self, place "genomes",
     npy.header("<f4", { made.count, made.genes }), made.count * made.genes * ffi.sizeof "float",
     function(memory) engine_population.copy_genomes(made, ffi.cast("float *", memory)) end)
+  line.files.robots = put_array(self, place "robots", structured.header(all.layout, all.count),
+    bytes, function(memory) ffi.copy(memory, all.data, bytes) end)
   line.files.champion = put(self, place "champion",
     robot_file.text(robots[robots.ranked[1]]:table()))
   line.files.matrix = written.matrix and put(self, place "matrix", npy.table(written.matrix))

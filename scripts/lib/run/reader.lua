@@ -14,6 +14,7 @@ local npy = require "limax.base.npy"
 local record_rules = require "limax.settings.record_rules"
 local records = require "limax.settings.records"
 local rows = require "limax.robot.rows"
+local rows_file = require "limax.robot.rows_file"
 local source = require "limax.base.source"
 
 ---@class limax.run.reader
@@ -247,7 +248,7 @@ end
 ---@return limax.rows
 function Reader:rows(repetition, generation)
   local bytes, path = self:file("robots", repetition, generation)
-  local all, message = rows.read(bytes, materials_of(self))
+  local all, message = rows_file.read(bytes, materials_of(self))
   if not all then damaged(path, message) end
   return all
 end

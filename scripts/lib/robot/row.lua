@@ -1,0 +1,201 @@
+--- row.lua: one robot of an array (rows.lua), whose fields are read and written by name as Lua's
+--- values; a field without a value is nil.
+
+local bit = require "bit"
+local ffi = require "ffi"
+
+local names = require "limax.engine.names"
+local outcome = require "limax.engine.outcome"
+local records = require "limax.settings.records"
+
+---@class limax.row a robot: { rows, index }
+local Row = {}
+
+local row = {}
+
+local BODY_UNKNOWN = names.body_status.value.unknown
+
+-- ---- fields of a C struct -----------------------------------------------------------------------
+
+-- Each reads or writes the field `name` of the struct `each`, which belongs to the array `all`.
+local readers, writers = {}, {}
+
+function readers.whole(each, name) return tonumber(each[name]) end
+function writers.whole(each, name, value) each[name] = value or 0 end
+
+function readers.whole_or_none(each, name)
+  local value = tonumber(each[name])
+  if value >= 0 then return value end
+end
+function writers.whole_or_none(each, name, value) each[name] = value or -1 end
+
+function readers.number(each, name)
+  local value = each[name]
+  if value == value then return value end
+end
+function writers.number(each, name, value) each[name] = value or 0 / 0 end
+
+function readers.text(each, name, all)
+  local memory, length, width = each[name], 0, all.layout.places[name].size
+  while length < width and memory[length] ~= 0 do length = length + 1 end
+  if length > 0 then return ffi.string(memory, length) end
+end
+function writers.text(each, name, value, all)
+  local width = all.layout.places[name].size
+  ffi.fill(each[name], width)
+  if value then ffi.copy(each[name], value, math.min(#value, width)) end
+end
+
+function readers.list(each, name, all)
+  local memory, list = each[name], {}
+  for k = 1, all.layout.places[name].field.count do
+    local value = memory[k - 1]
+    if value ~= value then break end
+    list[k] = value
+  end
+  if list[1] then return list end
+end
+function writers.list(each, name, value, all)
+  for k = 1, all.layout.places[name].field.count do
+    each[name][k - 1] = value and value[k] or 0 / 0
+  end
+end
+
+-- Two ids.
+function readers.ids(each, name)
+  local ids = each[name]
+  if ids[0] < 0 then return {} end
+  return { tonumber(ids[0]), tonumber(ids[1]) }
+end
+function writers.ids(each, name, value)
+  each[name][0], each[name][1] = value and value[1] or -1, value and value[2] or -1
+end
+
+-- A number for each name.
+function readers.measures(each, name, all)
+  local values = {}
+  for k, measure in ipairs(all.facts.measures) do
+    local value = each[name][k - 1]
+    if value == value then values[measure] = value end
+  end
+  if next(values) then return values end
+end
+function writers.measures(each, name, value, all)
+  for k, measure in ipairs(all.facts.measures) do
+    each[name][k - 1] = value and value[measure] or 0 / 0
+  end
+end
+
+-- Which of these a type of records.lua is read by; nil of the engine's structs.
+local function kind_of(field)
+  local kind, list, optional = field[2]:match "^(%w+)(%[?%w*%]?)(%??)$"
+  if kind:match "^S" then return "text" end
+  if kind == "measures" then return kind end
+  if kind == "i8" then
+    return list ~= "" and "ids" or optional == "?" and "whole_or_none" or "whole"
+  end
+  return kind == "f8" and (list ~= "" and "list" or "number") or nil
+end
+
+local KIND = {}
+for _, field in ipairs(records.robot) do KIND[field[1]] = kind_of(field) end
+
+--- Gives the fields of a struct no value.
+---@param each ffi.cdata*
+---@param all limax.rows
+function row.clear(each, all)
+  for name in pairs(all.layout.places) do
+    if KIND[name] then writers[KIND[name]](each, name, nil, all) end
+  end
+end
+
+-- ---- what is made of the engine's structs -------------------------------------------------------
+
+local made = {}
+
+function made.body(all, each)
+  local shape, counts = each.body, {}
+  if shape.status == BODY_UNKNOWN then return nil end
+  for m, name in ipairs(all.materials or {}) do counts[name] = shape.counts[m - 1] end
+  return { letters = readers.text(each, "letters", all), hash = bit.tohex(shape.hash, 16),
+    voxels = shape.voxels, masses = shape.masses, springs = shape.springs,
+    size = { shape.size[0], shape.size[1], shape.size[2] }, counts = counts, mass = each.mass }
+end
+
+-- A robot that diverged may have passed a moment with numbers that are not finite. No file can hold
+-- them: they are left out.
+local function outcome_table(o)
+  if o.status == 0 then return nil end
+  local read = outcome.table(o)
+  for name, value in pairs(read.status == "done" and {} or read) do
+    for _, number in ipairs(type(value) == "table" and value or { value }) do
+      if type(number) == "number" and number - number ~= 0 then read[name] = nil end
+    end
+  end
+  return read
+end
+
+--- The outcome of trial k, or of the only simulation, as the engine has it.
+---@param all limax.rows
+---@param each ffi.cdata*
+---@param k? integer
+---@return ffi.cdata* limax_outcome
+function row.outcome_at(all, each, k)
+  return all.facts.trials and each.outcome[(k or 1) - 1] or each.outcome
+end
+
+function made.outcome(all, each) return outcome_table(row.outcome_at(all, each)) end
+
+function made.trials(all, each)
+  if not all.facts.trials then return nil end
+  local list = {}
+  for k = 1, all.facts.trials do list[k] = outcome_table(each.outcome[k - 1]) end
+  return list[1] and list or nil
+end
+
+-- ---- one robot ----------------------------------------------------------------------------------
+
+function Row:__index(name)
+  local all = rawget(self, 1)
+  local each, kind = all.data[rawget(self, 2) - 1], KIND[name]
+  if not kind then return made[name] and made[name](all, each) end
+  if all.layout.places[name] then return readers[kind](each, name, all) end
+end
+
+function Row:__newindex(name, value)
+  local all, kind = rawget(self, 1), KIND[name]
+  if value ~= nil and (kind == "measures" or name == "cases") then all:expect(name, value) end
+  if kind and all.layout.places[name] then
+    writers[kind](all.data[rawget(self, 2) - 1], name, value, all)
+    all.stamp = all.stamp + 1
+  elseif value ~= nil then
+    error(("robots of this generation have no field %s that can be set"):format(tostring(name)), 2)
+  end
+end
+
+local FIELDS = {}
+for name in pairs(made) do FIELDS[#FIELDS + 1] = name end
+for _, field in ipairs(records.robot) do
+  local name = field[1]
+  -- these are fields of its body
+  if KIND[name] and name ~= "letters" and name ~= "mass" then FIELDS[#FIELDS + 1] = name end
+end
+
+--- A robot as a table of its own.
+---@param robot limax.row
+---@return table
+function row.record(robot)
+  local record = {}
+  for _, name in ipairs(FIELDS) do record[name] = robot[name] end
+  return record
+end
+
+function Row:__pairs() return next, row.record(self) end
+
+--- Robot i of an array.
+---@param all limax.rows
+---@param i integer
+---@return limax.row
+function row.of(all, i) return setmetatable({ all, i }, Row) end
+
+return row
