@@ -97,8 +97,8 @@ local function changes_of(arguments)
   return changes
 end
 
--- Opens a run folder at its last generation. Returns its experiment. The first rank checks the seal;
--- others get only the configuration.
+-- Opens a run folder at its last generation. Returns its experiment. The first rank checks the
+-- seal; others get only the configuration.
 local function reopen(session, arguments)
   session.folder = exchange.is_first and run_folder.open(arguments.resume) or nil
   local facts = exchange.first(function()

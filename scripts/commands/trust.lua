@@ -32,9 +32,11 @@ local function show_run(folder)
   local run = folder.config.run
   output.write(terminal.word(folder.path), ":\n")
   local path, is_original = scripts.chosen(folder)
-  if run.script then say("runs      %s%s", path, is_original and "" or " (the original is gone)") end
+  if run.script then
+    say("runs      %s%s", path, is_original and "" or " (the original is gone)")
+  end
   for _, copy in ipairs(run.scripts) do
-    local file = folder.path .. "/" .. folder:scripts_place() .. "/" .. copy.file
+    local file = folder:scripts_path() .. "/" .. copy.file
     say("script    %s, %s bytes", file, tostring(source.size(file) or "no"))
   end
   for _, override in ipairs(run.overrides) do say("override  %s", override) end

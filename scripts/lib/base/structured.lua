@@ -17,8 +17,8 @@ local MOST_FIELDS, MOST_DEPTH, MOST_BYTES = 10000, 8, 2 ^ 31
 
 ---@class limax.structured.field
 ---@field name string
----@field kind string|limax.structured.field[] "i4", "i8", "u8", "f8", "S16" (a text of 16 bytes), or
---- the fields of a struct
+---@field kind string|limax.structured.field[] "i4", "i8", "u8", "f8", "S16" (a text of 16 bytes),
+--- or the fields of a struct
 ---@field count integer|nil of a list
 ---@field struct string|nil name of that struct in C; without one its fields are doubles, an array
 --- in C
@@ -125,11 +125,13 @@ function structured.header(layout, count)
   return "\147NUMPY\2\0" .. bytes.pack("uint32_t", { #text }) .. text
 end
 
---- Copies rows from one array to another: `from` row `j` on to row `i` on, counted from 0. Where the
---- layouts differ, fields are copied by name, and those that `from` lacks or has in another form
---- stay as they are; of a list the first values are copied.
+--- Copies rows from one array to another. Where the layouts differ, fields are copied by name, and
+--- those that `from` lacks or has in another form stay as they are; of a list the first values are
+--- copied.
 ---@param to limax.structured.array
+---@param i integer its first row, from 0
 ---@param from limax.structured.array
+---@param j integer likewise
 ---@param count integer rows
 function structured.copy(to, i, from, j, count)
   local into = ffi.cast("uint8_t *", to.data) + i * to.layout.size

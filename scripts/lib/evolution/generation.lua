@@ -313,12 +313,19 @@ local function call_fitness(robots, law, wanted, own_state)
   scoring.judge(failures, robots.rows, robots.generation, world.say)
 end
 
+-- bytes of a state that is better kept elsewhere
+local LARGE_STATE = 2 ^ 20
+
 -- The state that a scored generation leaves. It is encoded once: the run goes on with what a reader
 -- of the journal would get, so that a continued run cannot differ from one that was never
 -- interrupted.
 local function keep_state(robots, own_state)
   robots.state_text = own_state and state.encode(own_state)
   robots.state = own_state and state.decode(robots.state_text)
+  if own_state and #robots.state_text > LARGE_STATE then
+    robots.world.say(("state: %.1f MB are written with every generation; keep less in it"):format(
+      #robots.state_text / 1e6), "state")
+  end
 end
 
 --- Scores every robot that ended well: by the experiment's fitness, or by another one. Elites and

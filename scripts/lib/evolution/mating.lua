@@ -286,7 +286,8 @@ end
 ---@param world limax.world
 ---@param robots limax.population.scored
 ---@param decided limax.supervision.decided with `same_materials`: are they those of `robots`?
----@param chosen { elites: integer[], parents: (integer|limax.archive.row)[][], homes: integer[]|nil }
+---@param chosen { elites: integer[], parents: (integer|limax.archive.row)[][],
+--- homes: integer[]|nil } as of select.choose
 ---@return limax.population.scored
 function mating.breed(world, robots, decided, chosen)
   local materials = robots.materials

@@ -58,8 +58,15 @@ end
 ---@param which integer[]|nil indices; every robot if left out
 ---@return limax.rescored
 function rescore.population(robots, setting, which)
-  local world, mask = robots.world, {}
-  local options = {}
+  if type(robots) ~= "table" or type(rawget(robots, "world")) ~= "table" then
+    schema.refuse("rescore.population", "a population of limax.start", robots)
+  elseif type(setting) ~= "table" and type(setting) ~= "function" then
+    schema.refuse("rescore.population: setting", 'a table such as { accuracy = "publish" }',
+      setting)
+  elseif which ~= nil and type(which) ~= "table" then
+    schema.refuse("rescore.population: which", "a list of indices", which)
+  end
+  local world, mask, options = robots.world, {}, {}
   for k, trial in ipairs(robots.trials) do
     local own = type(setting) == "function" and setting(trial.simulation) or setting
     options[k] = rescore.options({ simulation = trial.simulation,

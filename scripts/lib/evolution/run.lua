@@ -46,8 +46,8 @@ local run = { methods = Run }
 local start_fields = schema.fields { repetition = schema.any, device = schema.any,
   threads = schema.any, out = schema.any, resume = schema.boolean(false),
   changed = schema.boolean(false), from = schema.whole(0, 2 ^ 53), folder = schema.any,
-  say = schema.any, on_progress = schema.any, divided = schema.boolean(false), on_generation = schema.any,
-  live_prompts = schema.any }
+  say = schema.any, on_progress = schema.any, on_generation = schema.any,
+  divided = schema.boolean(false), live_prompts = schema.any }
 
 --- Checks the options of limax.start.
 ---@param options? limax.run.options

@@ -65,10 +65,11 @@ function step_check.look(run, robots)
   if sums.count == 0 or sums.before - sums.after <= LOSS * math.abs(sums.before) then return end
   -- the steps of stiff bodies may be those of `publish` already
   local tier = defaults.tiers.publish.time_step_most <= sums.step / 2 and "publish" or "reference"
-  run.world.say(("at half of the time step the best %d robots of generation %d score %.4g in the mean"
-    .. " instead of %.4g: take simulation.accuracy = \"%s\", for about %.1f times the time"):format(
-    sums.count, robots.generation, sums.after / sums.count, sums.before / sums.count, tier,
-    math.max(1, sums.step / defaults.tiers[tier].time_step_most)), "step_check")
+  local times = math.max(1, sums.step / defaults.tiers[tier].time_step_most)
+  run.world.say(("at half of the time step the best %d robots of generation %d score %.4g in the"
+    .. " mean instead of %.4g: take simulation.accuracy = \"%s\", for about %.1f times the time")
+    :format(sums.count, robots.generation, sums.after / sums.count, sums.before / sums.count, tier,
+    times), "step_check")
 end
 
 return step_check

@@ -49,8 +49,8 @@ local function close(run)
   history.release(run.history)
 end
 
---- Runs repetitions to their ends. The first in the queue is waited for, scored and bred from; a GPU
---- steps the others meanwhile.
+--- Runs repetitions to their ends. The first in the queue is waited for, scored and bred from; a
+--- GPU steps the others meanwhile.
 ---@param options limax.together.options
 function together.run(options)
   local queue, left, began = {}, { unpack(options.repetitions) }, host.clock()

@@ -1,5 +1,5 @@
---- world.lua: what never changes in a repetition: its experiment, device, encoding, trials and first
---- materials, and what follows from them.
+--- world.lua: what never changes in a repetition: its experiment, device, encoding, trials and
+--- first materials, and what follows from them.
 
 local encodings = require "limax.encoding"
 local engine = require "limax.engine"

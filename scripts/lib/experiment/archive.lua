@@ -36,8 +36,8 @@ local archive = strict.module "limax.archive"
 --- that entered before (random is nil) all enter again.
 ---@field measure? fun(rows: limax.archive.row[]): table more than its size and best fitness, for
 --- metrics.jsonl
----@field appraise? fun(robots: limax.row[], rows: limax.archive.row[]) adds to the robots of a scored
---- generation, before any of them enters
+---@field appraise? fun(robots: limax.row[], rows: limax.archive.row[]) adds to the robots of a
+--- scored generation, before any of them enters
 ---@field reference? number[] of the objectives
 ---@field islands? integer their number, where each has its own cells
 ---@field axes? { least: number, most: number, cells: integer, stride: integer }[] of a grid

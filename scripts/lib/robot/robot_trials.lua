@@ -1,5 +1,5 @@
---- robot_trials.lua: the trials of one robot: the worlds in which it is simulated. Its row has their
---- outcomes; its file has scene and settings of each.
+--- robot_trials.lua: the trials of one robot: the worlds in which it is simulated. Its row has
+--- their outcomes; its file has scene and settings of each.
 
 local drive = require "limax.settings.drive"
 local engine = require "limax.engine"

@@ -2,16 +2,16 @@
 
 local files = {}
 
--- The files of a generation: a folder below rNN, and the ending of a name gNNNN; the matrix B of the
--- encoding comes once.
+--- The files of a generation, by repetition and generation; the matrix B of the encoding comes with
+--- generation 0.
 files.PLACES = { robots = "r%02d/robots/g%04d.npy", genomes = "r%02d/genomes/g%04d.npy",
   champion = "r%02d/champions/g%04d.json", matrix = "r%02d/B.npy" }
 
 --- The files that grow by a line for each generation of a repetition.
 files.GROWING = { "metrics", "ledger", "timing" }
 
---- A run that keeps only the best robots has these of so many newest generations: those whose robots
---- a run that goes on reads.
+--- A run that keeps only the best robots has these of so many newest generations: those that a run
+--- that goes on reads.
 files.REMOVED, files.RECENT = { "robots", "genomes" }, 3
 
 --- The path of a file of a generation below the run folder.

@@ -1,6 +1,5 @@
---- folder.lua: the folder of a run: the files that its journal names, written and read. What no line
---- of the journal names does not exist for a reader, so that it needs no lock and sees no
---- half-written file. Links in a folder are refused: it may come from somebody else.
+--- folder.lua: writes the folder of a run (reader.lua reads it). What no line of the journal names
+--- does not exist for a reader, so that it needs no lock and sees no half-written file.
 
 local ffi = require "ffi"
 

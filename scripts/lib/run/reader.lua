@@ -13,7 +13,6 @@ local journal = require "limax.run.journal"
 local npy = require "limax.base.npy"
 local record_rules = require "limax.settings.record_rules"
 local records = require "limax.settings.records"
-local rows = require "limax.robot.rows"
 local rows_file = require "limax.robot.rows_file"
 local source = require "limax.base.source"
 
@@ -76,8 +75,8 @@ function reader.read(path)
   path = #path > 1 and path:gsub("/+$", "") or path
   if not reader.is_run(path) then
     local old = host.file.exists(path .. "/" .. config.FILE) == "file"
-    failure.raise(2, old and ("%s was written by limax before 0.4 (it has no journal.jsonl): read it"
-      .. " with that version, or make a copy for report and compare: limax"
+    failure.raise(2, old and ("%s was written by an earlier limax (it has no journal.jsonl): read"
+      .. " it with that version, or make a copy for report and compare: limax"
       .. " scripts/dev/convert_run.lua %s NEW"):format(path, path)
       or ("%s is not a run folder: it has no config.json%s"):format(path, runs_in(path)))
   end
@@ -85,9 +84,9 @@ function reader.read(path)
   local read, message = journal.read(path)
   if not read then failure.raise_damaged(message) end
   local self = setmetatable({ path = path, journal = read, config_name = read.config }, Reader)
-  local where, text = path .. "/" .. read.config, nil
-  text, message = source.read_own(where)
-  if not text then failure.raise_damaged(message) end
+  local where = path .. "/" .. read.config
+  local text, problem = source.read_own(where)
+  if not text then failure.raise_damaged(problem) end
   self.config_hash = config.hash(text)
   self.config, self.owner, self.key = config.parse(text, "")
   if not self.config then damaged(where, (self.owner:gsub("^: ", ""))) end
@@ -102,8 +101,8 @@ function reader.of(facts) return setmetatable(facts, Reader) end
 
 --- The folder of the scripts of the configuration in force.
 ---@return string
-function Reader:scripts_place()
-  return (self.config_name:gsub("^config", "scripts"):gsub("%.json$", ""))
+function Reader:scripts_path()
+  return self.path .. "/" .. self.config_name:gsub("^config", "scripts"):gsub("%.json$", "")
 end
 
 --- The repetitions that have a generation.

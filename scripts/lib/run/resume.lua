@@ -71,7 +71,7 @@ local function add_script_changes(lines, folder, scripts)
       lines[#lines + 1] = ("  %s is new"):format(copy.file)
     elseif kept[copy.file] ~= copy.sha256 then
       lines[#lines + 1] = ("  %s has changed:"):format(copy.file)
-      local before = source.read(("%s/%s/%s"):format(folder.path, folder:scripts_place(), copy.file)) or ""
+      local before = source.read_own(folder:scripts_path() .. "/" .. copy.file) or ""
       add_shortened(lines, line_differences(before, copy.text), "    ")
     end
   end

@@ -27,8 +27,8 @@ local function refuse(text, ...) failure.raise(2, text:format(...)) end
 function scripts.distrust(path, file, owner, key)
   local trust = "limax trust " .. shell.path(path)
   if owner == "edited" then
-    return ("%s/%s was changed since it was sealed. Restore it; to change fields of a run: %s --changed"
-      .. " --set FIELD=VALUE; if the change is yours: %s"):format(path, file,
+    return ("%s/%s was changed since it was sealed. Restore it; to change fields of a run: %s"
+      .. " --changed --set FIELD=VALUE; if the change is yours: %s"):format(path, file,
       shell.resume_command(path), trust)
   end
   local own = seal.key_name()
@@ -62,7 +62,7 @@ end
 ---@return table<string, string> texts by their names
 ---@return string path of the folder that holds them
 function scripts.texts(folder)
-  local texts, path = {}, folder.path .. "/" .. folder:scripts_place()
+  local texts, path = {}, folder:scripts_path()
   for k, copy in ipairs(folder.config.run.scripts) do
     local field = ("%s/%s: run.scripts[%d]"):format(folder.path, folder.config_name, k)
     if not is_inside(copy.file) then refuse("%s.file: expected a file below scripts/", field) end
@@ -132,8 +132,7 @@ function scripts.chosen(folder)
     and host.file.exists(original) == "file" then
     return original, true
   end
-  return ("%s/%s/%s"):format(folder.path, folder:scripts_place(), tostring(folder.config.run.script)),
-    false
+  return folder:scripts_path() .. "/" .. tostring(folder.config.run.script), false
 end
 
 --- Runs the script of a folder: the original, else the copy.

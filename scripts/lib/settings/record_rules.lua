@@ -210,7 +210,9 @@ function record_rules.robot_fields(facts)
       field.kind, field.struct = STRUCTS[kind], "limax_" .. kind
     elseif kind == "measures" then
       field.kind = {}
-      for k, name in ipairs(facts.measures or {}) do field.kind[k] = { name = name, kind = "f8" } end
+      for k, name in ipairs(facts.measures or {}) do
+        field.kind[k] = { name = name, kind = "f8" }
+      end
       there = field.kind[1] ~= nil
     end
     if there and field.count ~= 0 then fields[#fields + 1] = field end

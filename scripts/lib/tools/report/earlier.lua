@@ -46,7 +46,8 @@ function earlier.robot(run, id)
   local description, message = runs.description(run, line)
   if not description then failure.raise(1, message) end
   local genome = config.genome
-  local body = robot_of_genome.describe { genome = bytes.unpack("float", run.folder:genomes(run.repetition, generation, index)),
+  local numbers = run.folder:genomes(run.repetition, generation, index)
+  local body = robot_of_genome.describe { genome = bytes.unpack("float", numbers),
     lattice = description.lattice, materials = description.materials, edge = description.edge,
     encoding = stored.spec_of(genome.encoding), features = genome.features, sigma = genome.sigma,
     hidden = genome.hidden, initial_scale = genome.initial_scale, seed = config.seed,
