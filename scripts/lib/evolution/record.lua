@@ -164,9 +164,6 @@ function record.entries(run)
   local repetition = run.world.repetition
   return history.entries {
     on_disk = function() return run.folder ~= nil end,
-    metrics = function(generation)
-      return run.folder:line("metrics", repetition, generation)
-    end,
     fields = function(generation)
       local fields = run.folder:line("metrics", repetition, generation)
       fields.ledger = run.folder:line("ledger", repetition, generation)

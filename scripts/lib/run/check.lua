@@ -24,20 +24,6 @@ local function read(folder, damage, file, repetition, generation)
   damage[#damage].unreadable = not missing or nil
 end
 
--- The files of a generation, as far as they are expected.
-local function check_files(folder, damage, entry)
-  local r, g = entry.repetition, entry.generation
-  local gone = entry.recent and g <= folder:last(r) - files.RECENT
-  for kind, part in pairs(entry.files) do
-    local file = files.place(kind, r, g)
-    local removed = gone and (kind == "robots" or kind == "genomes")
-    local text = not removed and read(folder, damage, file, r, g)
-    if text and (#text ~= part[1] or host.xxh3(text) ~= part[2]) then
-      add(damage, file, "does not match its hash", r, g)
-    end
-  end
-end
-
 -- The lines of a growing file.
 local function check_lines(folder, damage, name, r)
   local file = files.growing(name, r)
@@ -53,26 +39,28 @@ local function check_lines(folder, damage, name, r)
   end
 end
 
--- The configuration in force, and the scripts of each version.
+-- The configurations that the journal names, and the scripts of each.
 local function check_configurations(folder, damage)
-  local text = read(folder, damage, folder.config_name)
-  if text and folder.owner == "edited" then
-    add(damage, folder.config_name, "was changed since it was written")
+  local names, hashes = { folder.config_name }, {}
+  for _, line in ipairs(folder.journal.begins) do
+    if line.config ~= names[1] and not hashes[line.config] then names[#names + 1] = line.config end
+    hashes[line.config] = line.config_hash
   end
-  for n = 1, math.huge do
-    local name = n == 1 and config.FILE or ("config-%d.json"):format(n)
-    local place = n == 1 and "scripts" or ("scripts-%d"):format(n)
-    local version = source.read_own(folder.path .. "/" .. name)
-    local made, owner = config.parse(version or "", name)
-    if not version then break end
-    if not made then add(damage, name, "is invalid: " .. owner:gsub("%c", "?")) end
+  for k, name in ipairs(names) do
+    local text = read(folder, damage, name)
+    local made, owner = config.parse(text or "", "")
+    if text and (hashes[name] and config.hash(text) ~= hashes[name] or owner == "edited") then
+      add(damage, name, "was changed since it was written")
+    elseif text and not made then
+      add(damage, name, "is invalid: " .. owner:gsub("%c", "?"))
+    end
+    local place = source.name_of(folder:scripts_path(name))
     for _, script in ipairs(made and made.run.scripts or {}) do
       local copy = read(folder, damage, place .. "/" .. script.file)
       if copy and host.sha256(copy) ~= script.sha256 then
-        add(damage, place .. "/" .. script.file, "does not match its SHA-256 in " .. name)
+        add(damage, place .. "/" .. script.file, "does not match its SHA-256 in " .. names[k])
       end
     end
-    if name == folder.config_name then break end
   end
 end
 
@@ -110,8 +98,13 @@ function check.folder(folder)
   for _, each in ipairs(folder.journal.damage) do damage[#damage + 1] = each end
   check_configurations(folder, damage)
   check_transcript(folder, damage)
+  folder:each_file(function(_, place, part, entry)
+    local text = read(folder, damage, place, entry.repetition, entry.generation)
+    if text and (#text ~= part[1] or host.xxh3(text) ~= part[2]) then
+      add(damage, place, "does not match its hash", entry.repetition, entry.generation)
+    end
+  end)
   for _, r in ipairs(folder:repetitions()) do
-    for g = 0, folder:last(r) do check_files(folder, damage, folder.journal:entry(r, g)) end
     for _, name in ipairs(files.GROWING) do check_lines(folder, damage, name, r) end
   end
   return damage
@@ -131,29 +124,23 @@ end
 ---@param folder limax.run.reader
 ---@return string|nil message
 function check.missing(folder)
-  local function problem(file, wanted)
-    local path = folder.path .. "/" .. file
+  local message
+  local function look(place, wanted)
+    local path = folder.path .. "/" .. place
     local size = source.size(path)
-    if not size then return path .. " is gone: something else removed it while the run went on" end
-    return size ~= wanted and ("%s has %d bytes, and %d were written: something else changed it"
-      .. " while the run went on"):format(path, size, wanted) or nil
+    if not size then
+      message = path .. " is gone: something else removed it while the run went on"
+    elseif size ~= wanted then
+      message = ("%s has %d bytes, and %d were written: something else changed it while the run"
+        .. " went on"):format(path, size, wanted)
+    end
   end
+  folder:each_file(function(_, place, part) look(place, part[1]) end)
   for _, r in ipairs(folder:repetitions()) do
-    local last = folder:last(r)
-    for g = 0, last do
-      local entry = folder.journal:entry(r, g)
-      local gone = entry.recent and g <= last - files.RECENT
-      for kind, part in pairs(entry.files) do
-        local message = not (gone and (kind == "robots" or kind == "genomes"))
-          and problem(files.place(kind, r, g), part[1])
-        if message then return message end
-      end
-    end
-    for _, name in ipairs(files.GROWING) do
-      local message = problem(files.growing(name, r), folder.journal:entry(r, last).lines[name][1])
-      if message then return message end
-    end
+    local last = folder.journal:entry(r, folder:last(r))
+    for _, name in ipairs(files.GROWING) do look(files.growing(name, r), last.lines[name][1]) end
   end
+  return message
 end
 
 -- Longest list that a message shows.

@@ -61,21 +61,18 @@ local ALWAYS_KEPT = { repetition = true, generation = true, best = true, best_st
 
 ---@class limax.history.source reads what is not in memory
 ---@field on_disk fun(): boolean can it read the fields of an entry?
----@field metrics fun(generation: integer): table its line
----@field fields fun(generation: integer): table of the entry
+---@field fields fun(generation: integer): table of an entry
 ---@field population fun(entry: limax.generation): limax.population.scored
 
 ---@class limax.history.entries makes the entries of a run
 ---@field source limax.history.source
----@field whole table metatable of the newest entries
----@field old table metatable of the others
----@field unread table metatable of those of which nothing was read since the run was resumed
+---@field class table metatable of the entries
 local Entries = {}
 Entries.__index = Entries
 
 -- Sets the fields of an old entry that stay in memory.
-local function keep(entry, line)
-  for name in pairs(ALWAYS_KEPT) do rawset(entry, name, rawget(line, name)) end
+local function keep(entry, from)
+  for name in pairs(ALWAYS_KEPT) do rawset(entry, name, rawget(from, name)) end
   return entry
 end
 
@@ -85,25 +82,20 @@ local function weak() return setmetatable({}, { __mode = "kv" }) end
 ---@return limax.history.entries
 function history.entries(source)
   -- by entry, until they are collected
-  local populations, fields = weak(), weak()
-  local whole, old, unread = {}, {}, {}
-  function whole.__index(entry, key)
-    if key ~= "population" then return nil end
-    local population = populations[entry] or source.population(entry)
-    populations[entry] = population
-    return population
-  end
-  function old.__index(entry, key)
-    if key == "population" then return whole.__index(entry, key) end
-    if ALWAYS_KEPT[key] then return nil end
+  local populations, fields, class = weak(), weak(), {}
+  function class.__index(entry, key)
+    if key == "population" then
+      local population = populations[entry] or source.population(entry)
+      populations[entry] = population
+      return population
+    end
+    local is_whole, is_known = rawget(entry, "ledger"), rawget(entry, "parameters")
+    if is_whole or is_known and ALWAYS_KEPT[key] then return nil end
     local read = fields[entry] or source.fields(entry.generation)
     fields[entry] = read
-    return read[key]
+    return keep(entry, read) and read[key]
   end
-  function unread.__index(entry, key)
-    return setmetatable(keep(entry, source.metrics(entry.generation)), old)[key]
-  end
-  return setmetatable({ source = source, whole = whole, old = old, unread = unread }, Entries)
+  return setmetatable({ source = source, class = class }, Entries)
 end
 
 -- Drops the population of an entry.
@@ -126,13 +118,13 @@ local function shrink(self, list, k)
   local entry, before = keep({}, list[k]), list[k - 1]
   -- one table for all generations with the same parameters
   if equal(before.parameters, entry.parameters) then entry.parameters = before.parameters end
-  list[k] = setmetatable(entry, self.old)
+  list[k] = setmetatable(entry, self.class)
 end
 
 --- Adds the entry of an old generation that the folder holds.
 ---@param list limax.generation[]
 function Entries:add_unread(list)
-  list[#list + 1] = setmetatable({ generation = #list }, self.unread)
+  list[#list + 1] = setmetatable({ generation = #list }, self.class)
 end
 
 --- Adds the entry of the newest generation. Drops what is now too old to stay in memory.
@@ -147,10 +139,10 @@ function Entries:add(list, line, ledger, materials)
     if name ~= "schema" then entry[name] = value end
   end
   entry.ledger, entry.materials = ledger, materials
-  list[#list + 1] = setmetatable(entry, self.whole)
+  list[#list + 1] = setmetatable(entry, self.class)
   drop(list[#list - history.genomes_kept])
   local k = #list - history.whole_kept
-  if k > 1 and self.source.on_disk() and getmetatable(list[k]) == self.whole then
+  if k > 1 and self.source.on_disk() and rawget(list[k], "ledger") then
     shrink(self, list, k)
   end
   return entry

@@ -99,10 +99,12 @@ end
 ---@return limax.run.reader
 function reader.of(facts) return setmetatable(facts, Reader) end
 
---- The folder of the scripts of the configuration in force.
+--- The folder of the scripts of a configuration.
+---@param name? string of its file; that in force if left out
 ---@return string
-function Reader:scripts_path()
-  return self.path .. "/" .. self.config_name:gsub("^config", "scripts"):gsub("%.json$", "")
+function Reader:scripts_path(name)
+  return self.path .. "/" .. (name or self.config_name):gsub("^config", "scripts")
+    :gsub("%.json$", "")
 end
 
 --- The repetitions that have a generation.
@@ -183,6 +185,23 @@ function Reader:line(name, repetition, generation)
   found.schema = nil
   if name == "ledger" then found.repetition, found.generation = nil, nil end
   return found
+end
+
+--- Calls `visit(kind, place, part, entry)` for each file that the run should have: all but the
+--- robots of generations that keep only the best one.
+---@param visit fun(kind: string, place: string, part: any[], entry: table)
+function Reader:each_file(visit)
+  for _, r in ipairs(self:repetitions()) do
+    for g = 0, self:last(r) do
+      local entry = self.journal:entry(r, g)
+      local gone = entry.recent and g <= self:last(r) - files.RECENT
+      for kind, part in pairs(entry.files) do
+        if not (gone and choice.contains(files.REMOVED, kind)) then
+          visit(kind, files.place(kind, r, g), part, entry)
+        end
+      end
+    end
+  end
 end
 
 -- Why a file of robots is not there; the end of a message.
