@@ -2,7 +2,7 @@
 
 local limax = require "limax"
 local process = require "support.process"
-local run_files = require "limax.settings.run_files"
+local reader = require "limax.run.reader"
 local source = require "limax.base.source"
 
 local evolution = {}
@@ -37,11 +37,14 @@ function evolution.run(folder, fields)
   return folder
 end
 
---- The lines of a run folder's metrics.jsonl.
+--- The lines of a growing file of repetition 1.
+---@param name? "metrics"|"ledger"|"timing"
 ---@return table[]
-function evolution.metrics(folder)
-  return run_files.lines(folder .. "/metrics.jsonl", "metrics")
-end
+function evolution.metrics(folder, name) return reader.read(folder):lines(name or "metrics", 1) end
+
+--- The state of a run.
+---@return "running"|"done"|"stopped"|"failed"
+function evolution.state(folder) return (reader.read(folder).journal:state()) end
 
 --- Runs `limax report` with these words, which must succeed.
 function evolution.report(t, base, words)
@@ -58,8 +61,8 @@ function evolution.same_files(t, got, expected, names)
 end
 
 -- What is the same after every interruption.
-local SAME = { "metrics.jsonl", "ledger.jsonl", "r01/population/g0004.jsonl",
-  "r01/population/g0004.npy" }
+local SAME = { "r01/metrics.jsonl", "r01/ledger.jsonl", "r01/robots/g0004.npy",
+  "r01/genomes/g0004.npy" }
 
 --- Checks that a run of five generations has the same bytes as one that stopped after three and
 --- went on, and as one that went on from an earlier generation.

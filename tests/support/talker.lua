@@ -61,7 +61,8 @@ function talker.read(folder)
   local done = { folder = folder }
   for _, name in ipairs { "ledger", "metrics", "timing", "transcript" } do
     done[name] = {}
-    for row in (source.read(folder .. "/" .. name .. ".jsonl") or ""):gmatch "[^\n]+" do
+    local place = name == "transcript" and "" or "r01/"
+    for row in (source.read(("%s/%s%s.jsonl"):format(folder, place, name)) or ""):gmatch "[^\n]+" do
       table.insert(done[name], (assert(host.json.decode(row))))
     end
   end

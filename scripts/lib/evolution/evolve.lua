@@ -80,7 +80,7 @@ local function breed(run, robots)
   -- rank 0 has the history, and may ask a model
   local decided = exchange.first(function() return decide(run, robots) end)
   local asked = host.clock()
-  robots.state = decided.state
+  rawset(robots, "state", decided.state)
   local chosen = select.choose(run.world, robots, decided) -- survivors, parents, islands
   local children = mating.breed(run.world, robots, decided, chosen) -- genomes and rows
   children.timing.supervise, children.timing.breed = asked - began, host.clock() - asked

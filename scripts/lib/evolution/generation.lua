@@ -59,8 +59,19 @@ function class.__index(robots, key)
     rawset(robots, "engine", robots.stored:engine_of(robots))
     return rawget(robots, "engine")
   end
+  if key == "state" and robots.world.experiment.state then
+    failure.raise(1, "population.state is there after score, as the scores left it", 2)
+  end
   if method or FIELDS[key] or OF_LOOP[key] or type(key) == "number" then return method end
   return strict.unknown("a population", key, FIELDS, Population)
+end
+
+function class.__newindex(robots, key, value)
+  if key == "state" then
+    failure.raise(1, "population.state is there after score: write to its fields then, such as"
+      .. " population.state.count = 1", 2)
+  end
+  rawset(robots, key, value)
 end
 
 local generation = { methods = Population }
@@ -177,7 +188,7 @@ end
 ---@param robots limax.population.scored
 ---@return boolean ended
 function generation.advance(robots)
-  generation.begin(robots)
+  if not robots.going then generation.begin(robots) end
   if not robots.going then return true end
   local began = host.clock()
   local ended = robots.going.steps:advance()
@@ -321,7 +332,7 @@ local LARGE_STATE = 2 ^ 20
 -- interrupted.
 local function keep_state(robots, own_state)
   robots.state_text = own_state and state.encode(own_state)
-  robots.state = own_state and state.decode(robots.state_text)
+  rawset(robots, "state", own_state and state.decode(robots.state_text))
   if own_state and #robots.state_text > LARGE_STATE then
     robots.world.say(("state: %.1f MB are written with every generation; keep less in it"):format(
       #robots.state_text / 1e6), "state")

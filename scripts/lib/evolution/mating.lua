@@ -298,7 +298,7 @@ function mating.breed(world, robots, decided, chosen)
     and not robots.outdated
   local all = rows_of(robots, elites, parents, keep, chosen.homes)
   local rules = world:rules { materials = materials, parameters = decided.parameters,
-    state = robots.state }
+    state = rawget(robots, "state") }
   local bred = genes.breed(rules, { generation = robots.generation + 1, elites = elites,
     pairs = parents.pairs, parents = parents.engine, rows = all, parent_rows = parents.rows })
   if world.experiment.survival.ages then
@@ -308,7 +308,7 @@ function mating.breed(world, robots, decided, chosen)
   if parents.engine ~= robots.engine then parents.engine:free() end
   return generations.new(world, { generation = robots.generation + 1, rows = all, engine = bred,
     materials = materials, parameters = decided.parameters, archive = robots.archive,
-    before = { state = robots.state, archive = robots.remembered,
+    before = { state = rawget(robots, "state"), archive = robots.remembered,
       scored_with = robots.scored_with }, decided = decided })
 end
 

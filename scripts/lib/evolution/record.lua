@@ -39,7 +39,7 @@ local function standard_score(run, robots)
   local again, simulations = generations.again(robots, mask, world.first_materials)
   local score
   if again[best].status == "done" then
-    score = scoring.call(robots.scored_by.call, again[best], state.copy(robots.state))
+    score = scoring.call(robots.scored_by.call, again[best], state.copy(rawget(robots, "state")))
   end
   generations.free(simulations, "its robot had been scored under the first materials")
   return score
@@ -265,7 +265,7 @@ function record.restore(run, kept)
     end
   end
   -- an experiment that has a state now, and had none, begins with its first one
-  robots.state = kept.state or run.world:first_state()
+  rawset(robots, "state", kept.state or run.world:first_state())
   robots.entry = exchange.is_first and remember(run, kept.metrics, kept.ledger) or {}
   if exchange.is_first then robots.entry.population = robots end
   return robots

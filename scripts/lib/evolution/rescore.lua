@@ -96,7 +96,7 @@ function rescore.population(robots, setting, which)
       result.status[i], result.time_step[i] = row.status, row.outcome.time_step
       if row.status == "done" then
         local value, _, message =
-          scoring.call(world.fitness.call, robot, state.copy(robots.state or robots.before.state))
+          scoring.call(world.fitness.call, robot, state.copy(rawget(robots, "state") or robots.before.state))
         result.distance[i], result.fitness[i] = robot:distance(), value
         if message then result.status[i] = "failed" end
       end

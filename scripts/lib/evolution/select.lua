@@ -28,7 +28,7 @@ local function survive(world, robots, generation, parameters, named)
   local ranking = mating.ranking(robots)
   local survivors, parents = call("the survival", world.experiment.survival.call, robots,
     random_of(world, generation, robots.island and world.config.population + robots.island or 0),
-    robots.state, source.copy(parameters))
+    rawget(robots, "state"), source.copy(parameters))
   mating.check_unchanged(robots, ranking, "the survival")
   local place = source.place(world.config.survival)
   local what = place and ("survival (%s)"):format(place) or "survival"
@@ -73,7 +73,7 @@ function select.choose(world, robots, decided)
       return mating.chosen(pool, child, place, selection(pool, random))
     end
     return mating.chosen(pool, child, place, call("the selection", selection, pool,
-      random_of(world, generation, child), robots.state))
+      random_of(world, generation, child), rawget(robots, "state")))
   end
   if config.islands then
     if choice.elites or choice.parents then

@@ -100,7 +100,7 @@ end
 ---@return table|nil
 function World:first_state()
   local make = self.experiment.state
-  return make and state.copy(make())
+  return make and state.decode(state.encode(make()))
 end
 
 --- An empty population of the engine.
@@ -114,8 +114,9 @@ end
 --- Robots without values, for a generation.
 ---@param generation integer
 ---@param before? limax.rows of the generation before: what its fitness returned is expected again
+---@param count? integer that of one generation if left out
 ---@return limax.rows
-function World:rows(generation, before)
+function World:rows(generation, before, count)
   local config, measured = self.config, self.measured or {}
   local facts = before and before.facts or {}
   local experiment = self.experiment
@@ -126,7 +127,7 @@ function World:rows(generation, before)
     islands = config.islands ~= nil, ages = experiment.survival.ages,
     self_adaptive = experiment.variation.mutation.adapts, archive = self.archive ~= nil,
     novelty = self.archive and self.archive.appraise ~= nil, cases = facts.cases,
-    measures = facts.measures }, config.population)
+    measures = facts.measures }, count or config.population)
 end
 
 --- What the genes of a generation are made and read by.
@@ -135,7 +136,7 @@ end
 function World:rules(fields)
   return { encoding = self.experiment.encoding, variation = self.experiment.variation,
     lattice = self.config.lattice, materials = fields.materials, parameters = fields.parameters,
-    state = fields.state, seed = self.config.seed, repetition = self.repetition,
+    state = rawget(fields, "state"), seed = self.config.seed, repetition = self.repetition,
     require_muscle = self.config.genome.require_muscle, device = self.device,
     empty = function() return self:empty() end }
 end

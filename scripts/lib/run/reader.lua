@@ -146,6 +146,7 @@ end
 
 -- Calls `visit(text, entry, where)` with the lines of some generations of a growing file.
 local function each_line(self, name, repetition, first, last, visit)
+  if last < first then return end
   self:settle()
   local path = ("%s/%s"):format(self.path, files.growing(name, repetition))
   if host.file.exists(path, true) == "other" then damaged(path, "is a link, or no file") end

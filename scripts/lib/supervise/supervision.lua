@@ -43,7 +43,7 @@ local function ask(run, robots, generation, random)
     attempt, history = failure.attempt_user, shown.of(run.history, run.shown)
   end
   local ok, proposal, reason = attempt(supervisor.call, history, random, run.world.limits,
-    robots.state)
+    rawget(robots, "state"))
   local message
   if not ok then
     if failure.of_machine(proposal) then error(proposal, 0) end
@@ -94,7 +94,7 @@ function supervision.decide(run, robots)
   local shares = ledger.shares(record)
   for name, value in pairs(numbers or {}) do shares[name] = value end
   return { parameters = parameters, fields = fields, ledger = record, numbers = shares,
-    failed = failed, state = robots.state }
+    failed = failed, state = rawget(robots, "state") }
 end
 
 --- Counts the generations whose supervisor failed: how many of how many that it was asked for.

@@ -182,11 +182,6 @@ suite:test("files are written atomically, extended by lines, and locked", functi
   t:equal({ (file.remove(folder .. "/moved")), (file.remove(folder .. "/a")) }, { nil, nil })
   t:equal(file.absolute "/a/../b/./c/", "/b/c")
 
-  local lock = t:ok(file.lock(folder))
-  fine, message = file.lock(folder)
-  t:equal({ fine, message }, { nil, folder .. " is in use by another process" })
-  lock:free()
-  t:ok(file.lock(folder)):free()
 end)
 
 suite:test("a temporary folder is private, and goes with its process", function(t)

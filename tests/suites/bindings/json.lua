@@ -2,7 +2,6 @@
 
 local ffi = require "ffi"
 local host = require "limax.host"
-local npy_records = require "limax.base.npy_records"
 
 local json = host.json
 
@@ -53,27 +52,6 @@ suite:test("every double reads back with the same bits", function(t)
   t:ok(#list > 19000)
   t:same_bits(json.decode(json.encode(list)), list)
   t:same_bits(json.decode(json.encode(expected)), expected)
-end)
-
-suite:test("an array of records becomes the lines of equal tables", function(t)
-  local list = { { a = 0.1, id = 7, list = { 1.5, 2 }, name = "x\n\"é", parents = { 3, 4 },
-    place = { 1, 2, 3 }, trials = { { on = false } } },
-    { a = -0.0, id = 2 ^ 53, list = { 3 }, parents = json.array {}, trials = { { on = true } } } }
-  local function column(name) return { list[1][name], list[2][name] } end
-  local npy = npy_records.pack(2, { npy_records.numbers("a", "<f8", column "a", 2),
-    npy_records.numbers("id", "<i8", column "id", 2),
-    npy_records.lists("list", column "list", 2), npy_records.texts("name", column "name", 2),
-    npy_records.numbers("nothing", "<f8", {}, 2),
-    { name = "parents", kind = "<i8", count = 2, memory = ffi.new("int64_t[4]", 3, 4, -1, -1) },
-    { name = "place", kind = "<f8", count = 3, stride = 24,
-      memory = ffi.new("double[2][3]", { { 1, 2, 3 }, { 1, 0 / 0, 3 } }) },
-    { name = "trials[1].on", kind = "|b1", memory = ffi.new("uint8_t[2]", 0, 1) } })
-  t:equal(host.rows.lines(npy), json.encode(list[1]) .. "\n" .. json.encode(list[2]) .. "\n")
-  t:equal(host.rows.lines(npy_records.pack(1, { npy_records.numbers("a%2Eb.c", "<i4", { 5 }, 1) })),
-    '{"a.b":{"c":5}}\n')
-  -- a file of somebody else
-  for at = 0, #npy - 1 do t:ok(not host.rows.lines(npy:sub(1, at))) end
-  for at = 1, #npy do host.rows.lines(npy:sub(1, at - 1) .. "9" .. npy:sub(at + 1)) end
 end)
 
 suite:test("invalid text is refused with origin, line and column", function(t)

@@ -31,7 +31,7 @@ local GRID = { "grid", cells = 3, qd_offset = -1, descriptors = { "muscle_share"
   { height, name = "height", range = { 1.2, 1.8 }, cells = 2 } } }
 
 suite:test("a grid keeps the best robot of each cell, clamped to its range", function(t)
-  local history, run = finished { archive = GRID, survival = "map_elites", generations = 4 }
+  local history = finished { archive = GRID, survival = "map_elites", generations = 4 }
   local best, filled, score, top = {}, 0, 0, -math.huge
   for _, record in ipairs(newcomers(history)) do
     local shares = record.body.counts
@@ -44,7 +44,7 @@ suite:test("a grid keeps the best robot of each cell, clamped to its range", fun
   for cell, record in pairs(best) do
     filled, score, top = filled + 1, score + record.fitness + 1, math.max(top, record.fitness)
     local found = false
-    for _, row in ipairs(run.world.archive.rows) do
+    for _, row in ipairs(history[#history].population.remembered.rows) do
       if row.cell == cell then
         t:equal({ row.id, row.fitness }, { record.id, record.fitness })
         found = true
@@ -91,7 +91,7 @@ end
 local SHARES = { "muscle_share", { "voxel_share", range = { 0.5, 1 } } }
 
 suite:test("a CVT keeps the best robot of the nearest centre, and spreads its centres", function(t)
-  local history, run = finished { archive = { "cvt", cells = 12, descriptors = SHARES },
+  local history = finished { archive = { "cvt", cells = 12, descriptors = SHARES },
     survival = "map_elites", generations = 4 }
   local centres, best, filled = limax.archive.centres(12, 2), {}, 0
   for _, record in ipairs(newcomers(history)) do
@@ -103,8 +103,8 @@ suite:test("a CVT keeps the best robot of the nearest centre, and spreads its ce
     if not best[nearest] or record.fitness > best[nearest].fitness then best[nearest] = record end
   end
   for _ in pairs(best) do filled = filled + 1 end
-  t:equal(#run.world.archive.rows, filled)
-  for _, row in ipairs(run.world.archive.rows) do t:equal(row.id, best[row.cell].id) end
+  t:equal(#history[#history].population.remembered.rows, filled)
+  for _, row in ipairs(history[#history].population.remembered.rows) do t:equal(row.id, best[row.cell].id) end
   -- no two of 50 centres are closer than half of what even squares would have
   centres = limax.archive.centres(50, 2)
   for i = 1, #centres do
@@ -132,10 +132,10 @@ local function novelty_of(record, others, k)
 end
 
 suite:test("novelty is the mean distance to the nearest of archive and population", function(t)
-  local history, run = finished { generations = 5, population = 10,
+  local history = finished { generations = 5, population = 10,
     archive = { "novelty", descriptors = SHARES, k = 3, threshold = 0.05 },
     survival = { "novelty", share = 0.5 } }
-  local rows, kept = {}, run.world.archive.rows
+  local rows, kept = {}, history[#history].population.remembered.rows
   for k, entry in ipairs(history) do
     local others, scored = { unpack(rows) }, {}
     for i = 1, #entry.population do
@@ -165,15 +165,15 @@ suite:test("novelty is the mean distance to the nearest of archive and populatio
 end)
 
 suite:test("robots enter a novelty archive at random, and the oldest leave it", function(t)
-  local _, run = finished { archive = { "novelty", descriptors = SHARES, add = 2, capacity = 5 },
+  local history = finished { archive = { "novelty", descriptors = SHARES, add = 2, capacity = 5 },
     generations = 4, population = 8 }
   local generations = {}
-  for k, row in ipairs(run.world.archive.rows) do generations[k] = row.generation end
+  for k, row in ipairs(history[#history].population.remembered.rows) do generations[k] = row.generation end
   t:equal(generations, { 1, 2, 2, 3, 3 })
 end)
 
 suite:test("each resumes to the same bytes", function(t)
-  local files = { "r01/archive/g0004.jsonl" }
+  local files = { "r01/robots/g0003.npy" }
   evolution.resumes(t, { survival = "map_elites", archive = GRID }, files)
   evolution.resumes(t, { survival = "map_elites",
     archive = { "cvt", cells = 20, descriptors = SHARES } }, files)
@@ -192,7 +192,7 @@ suite:test("an archive beside another survival changes no result", function(t)
   local with, without = t:folder() .. "/with", t:folder() .. "/without"
   limax.start(evolution.small { archive = GRID }, { out = with, say = evolution.silent }):finish()
   limax.start(evolution.small(), { out = without, say = evolution.silent }):finish()
-  evolution.same_files(t, with, without, { "r01/population/g0002.npy" })
+  evolution.same_files(t, with, without, { "r01/genomes/g0002.npy" })
   t:equal(host.file.exists(without .. "/r01/archive"), nil)
 end)
 
@@ -248,7 +248,7 @@ suite:test("a run goes on with another grid, and not with other descriptors", fu
   go_on(2, GRID)
   local other = { "grid", cells = 2, descriptors = GRID.descriptors }
   go_on(4, other)
-  local last = source.read(folder .. "/metrics.jsonl"):match "([^\n]*)\n$"
+  local last = source.read(folder .. "/r01/metrics.jsonl"):match "([^\n]*)\n$"
   t:equal(host.json.decode(last).archive.cells, 4)
   t:raises("its robots have 2 descriptors, and 1 are needed", function()
     go_on(5, { "grid", descriptors = { "muscle_share" } })

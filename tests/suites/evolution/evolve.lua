@@ -2,18 +2,17 @@
 --- fitness, selection and supervisor, and what history keeps.
 
 local ffi = require "ffi"
-local columns = require "limax.robot.columns"
 local limax = require "limax"
 local engine = require "limax.engine"
 local history_of_runs = require "limax.run.history"
 local host = require "limax.host"
-local run_files = require "limax.settings.run_files"
-local run_folder = require "limax.run.run_folder"
+local reader = require "limax.run.reader"
 local show = require "limax.tools.repl.show"
 local source = require "limax.base.source"
 local together = require "limax.evolution.together"
 local evolution = require "support.evolution"
 
+local rows = require "limax.robot.rows"
 local suite = require("limax.test").suite "evolve"
 
 local small, finished, silent = evolution.small, evolution.finished, evolution.silent
@@ -58,25 +57,23 @@ suite:test("elites are the best robots and keep their id, body and score", funct
 end)
 
 suite:test("a record is shown with its fields", function(t)
-  local text = show.value(finished({ generations = 1 })[1].population.records[2])
+  local text = show.value(finished({ generations = 1 })[1].population.rows[2])
   t:ok(text:find "  id = 2," and text:find "  outcome = {" and text:find "  parents = {}", text)
 end)
 
-suite:test("a record reads as its line, also of elites and of robots of a file", function(t)
+suite:test("robots read back from their array, also elites and those in trials", function(t)
+  local folder = t:folder() .. "/r"
   local experiment = small { generations = 3, trials = { {}, { duration = 0.1 } },
     fitness = function(robot)
       return robot:distance(), { robot.id, robot:speed(), mass = robot:mass() }
     end }
-  for robots in limax.start(experiment, { say = silent }):generations() do
-    robots:simulate():score()
-    local lines = host.rows.lines(robots.columns:pack())
-    local read = run_files.robots(lines, "lines")
-    local copies = columns.from(read)
-    for i, record in ipairs(robots.records) do
-      t:equal(host.json.encode(columns.plain(record)), host.json.encode(read[i]))
-      t:equal(columns.plain(copies.rows[i]), read[i])
+  local history = limax.start(experiment, { out = folder, say = silent }):finish()
+  for k = 1, 3 do
+    local read = reader.read(folder):rows(1, k - 1)
+    for i, row in ipairs(history[k].population.rows) do
+      t:equal(rows.record(read[i]), rows.record(row))
+      t:equal({ #row.cases, row.measures.mass, #row.trials }, { 2, row.body.mass, 2 })
     end
-    t:ok(host.rows.lines(copies:pack()) == lines)
   end
 end)
 
@@ -119,7 +116,8 @@ end)
 
 suite:test("a view of an ended trace raises with the line that ended it", function(t)
   local run = limax.start(small { generations = 3 }, { say = silent })
-  local kept, line
+  local kept
+  local line = debug.getinfo(1, "l").currentline + 1
   for population in run:generations() do
     population:simulate():score()
     if kept then
@@ -133,7 +131,6 @@ suite:test("a view of an ended trace raises with the line that ended it", functi
       if robot.origin ~= "elite" and robot.fitness then kept = robot:trace "center_of_mass" end
     end
     t:ok(kept[1][3] > 0)
-    line = debug.getinfo(1, "l").currentline + 1
     population:breed()
   end
 end)
@@ -308,7 +305,8 @@ end)
 suite:test("a run folder of an own loop agrees with its history", function(t)
   local folder = t:folder() .. "/r"
   local history = finished({}, { out = folder })
-  local lines = run_files.lines(folder .. "/metrics.jsonl", "metrics")
+  local read = reader.read(folder)
+  local lines = read:lines("metrics", 1)
   t:equal(#lines, 3)
   for k, line in ipairs(lines) do
     t:equal(line.schema, "limax.metrics/1")
@@ -317,18 +315,14 @@ suite:test("a run folder of an own loop agrees with its history", function(t)
       t:equal(line[name], history[k][name])
     end
   end
-  local ledger = run_files.lines(folder .. "/ledger.jsonl", "ledger")
-  t:equal(ledger[3].entries, history[3].ledger.entries)
-  local opened = run_folder.open(folder)
-  local genomes = opened:genomes_of(1, 2)
-  opened:close()
+  t:equal(read:lines("ledger", 1)[3].entries, history[3].ledger.entries)
+  local genomes = read:genomes(1, 2)
   local genome = history[3].population[2].genome
   local bytes = ffi.cast("const float *", genomes) + genome:size()
   for gene = 1, genome:size() do t:same_bits(tonumber(bytes[gene - 1]), genome[gene]) end
   -- each file names its schema
-  for _, name in ipairs { "config.json", "environment.json", "checkpoint", "STATUS",
-    "r01/champions/g0002.json" } do
-    t:ok(host.json.decode(source.read(folder .. "/" .. name)).schema:find "^limax%.%w+/1$", name)
+  for _, name in ipairs { "config.json", "r01/champions/g0002.json" } do
+    t:ok(host.json.decode(source.read(folder .. "/" .. name)).schema:find "^limax%.%w+/%d$", name)
   end
 end)
 

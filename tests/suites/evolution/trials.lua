@@ -41,7 +41,7 @@ local function finished(fields, options)
   return limax.start(small(fields), options):finish()
 end
 
-local FILES = { "metrics.jsonl", "ledger.jsonl", "config.json", "r01/population/g0002.jsonl",
+local FILES = { "r01/metrics.jsonl", "r01/ledger.jsonl", "config.json", "r01/robots/g0002.npy",
   "r01/champions/g0002.json" }
 
 suite:test("each trial measures what a simulation of its own would", function(t)
@@ -189,7 +189,7 @@ return limax.experiment { name = "two", lattice = { 2, 2, 2 }, population = 6, g
   for repetition = 1, 2 do
     process.completes(t, base, { "run", "two.lua", "-q", "--out", "b" .. repetition, "--repetition",
       tostring(repetition) })
-    local name = ("/r%02d/population/g0002.jsonl"):format(repetition)
+    local name = ("/r%02d/robots/g0002.npy"):format(repetition)
     t:ok(source.read(base .. "/a" .. name) == source.read(base .. "/b" .. repetition .. name))
   end
   process.completes(t, base, { "run", "two.lua", "-q", "--out", "c", "--set", "supervisor=fixed" })

@@ -96,11 +96,11 @@ suite:test("a run that fails later keeps its generations and continues when repa
   t:ok(done.stderr:find "more than a tenth of generation 2", done.stderr)
   t:ok(done.stderr:find "repaired, continue with: [^\n]*limax run %-%-resume r %-%-changed",
     done.stderr)
-  local _, lines = source.read(folder .. "/r/metrics.jsonl"):gsub("\n", "")
+  local _, lines = source.read(folder .. "/r/r01/metrics.jsonl"):gsub("\n", "")
   t:equal(lines, 2)
   t:equal(run(folder, { "run", "--resume", "r", "-q" }).status, 0)
   t:equal(run(folder, { "run", "try.lua", "--out", "whole", "-q" }).status, 0)
-  t:equal(source.read(folder .. "/r/metrics.jsonl"), source.read(folder .. "/whole/metrics.jsonl"))
+  t:equal(source.read(folder .. "/r/r01/metrics.jsonl"), source.read(folder .. "/whole/r01/metrics.jsonl"))
 end)
 
 suite:test("the next free folder is taken and printed, one that is used is refused", function(t)
@@ -112,9 +112,9 @@ suite:test("the next free folder is taken and printed, one that is used is refus
     t:ok(done.stdout:find("Run folder: runs/try-" .. n, 1, true), done.stdout)
     t:ok(done.stdout:find("fitness: distance, m: |r(T) - r(0)|", 1, true), done.stdout)
   end
-  local before = source.read(folder .. "/runs/try-1/metrics.jsonl")
+  local before = source.read(folder .. "/runs/try-1/r01/metrics.jsonl")
   process.fails(t, folder, 2, { "run", "try.lua", "--out", "runs/try-1" }, "try-1 is used already")
-  t:equal(source.read(folder .. "/runs/try-1/metrics.jsonl"), before)
+  t:equal(source.read(folder .. "/runs/try-1/r01/metrics.jsonl"), before)
 end)
 
 suite:test("a full disk: one message, and whole generations stay", { limit = 60 },
@@ -128,12 +128,12 @@ suite:test("a full disk: one message, and whole generations stay", { limit = 60 
     t:ok(done.stderr:find "is on disk; continue with: [^\n]*limax run %-%-resume r", done.stderr)
     -- nothing is wrong with the script
     t:ok(not done.stderr:find("repaired", 1, true), done.stderr)
-    local text = source.read(folder .. "/r/metrics.jsonl")
+    local text = source.read(folder .. "/r/r01/metrics.jsonl")
     t:ok(#text > 0 and text:sub(-1) == "\n")
     -- with space again it continues
     t:equal(run(folder, { "run", "--resume", "r", "-q" }).status, 0)
     t:equal(run(folder, { "run", "try.lua", "--out", "whole", "-q" }).status, 0)
-    t:ok(source.read(folder .. "/r/metrics.jsonl") == source.read(folder .. "/whole/metrics.jsonl"))
+    t:ok(source.read(folder .. "/r/r01/metrics.jsonl") == source.read(folder .. "/whole/r01/metrics.jsonl"))
   end)
 
 return suite

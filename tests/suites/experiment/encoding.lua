@@ -146,7 +146,7 @@ suite:test("self_adaptive: step sizes are inherited and change", function(t)
   local history = finished { genome = { mutation = "self_adaptive" }, generations = 4 }
   local sizes = {}
   for i = 1, 6 do
-    local record = history[4].population.records[i]
+    local record = history[4].population.rows[i]
     if record.origin == "bred" then
       t:ok(record.step_size > 0.02 and record.step_size < 0.5)
       sizes[#sizes + 1] = record.step_size

@@ -1,6 +1,7 @@
 --- experiments.lua: every file of scripts/experiments runs, reduced to two generations of a few
 --- robots, and begins with a description, its duration, and the command that runs it.
 
+local evolution = require "support.evolution"
 local host = require "limax.host"
 local process = require "support.process"
 local source = require "limax.base.source"
@@ -52,14 +53,13 @@ for _, name in ipairs(host.file.list(FOLDER)) do
     end
     t:ok(not done.stderr:find "variables of a script", done.stderr)
     local lines = 0
-    for line in source.read(folder .. "/run/metrics.jsonl"):gmatch "[^\n]+" do
+    for line in source.read(folder .. "/run/r01/metrics.jsonl"):gmatch "[^\n]+" do
       lines = lines + 1
-      local generation = host.json.decode(line, "metrics.jsonl")
+      local generation = host.json.decode(line, "r01/metrics.jsonl")
       t:equal({ generation.generation, generation.scored > 0 }, { lines - 1, true })
     end
     t:equal(lines, 2)
-    local status = host.json.decode(source.read(folder .. "/run/STATUS"), "STATUS")
-    t:equal(status.state, "done")
+    t:equal(evolution.state(folder .. "/run"), "done")
   end)
 end
 

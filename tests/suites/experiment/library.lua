@@ -2,6 +2,7 @@
 --- engine's tests compare diversity with its definition.
 
 local limax = require "limax"
+local rows = require "limax.robot.rows"
 local scored_robot = require "limax.robot.scored_robot"
 local engine = limax.engine
 
@@ -11,12 +12,18 @@ local fitness = require("limax.test").suite "fitness"
 
 -- A robot that came from (0, 0) over (1, 2) to (4, 6) in 5 s: 2 kg, three voxels of 0.1 m long.
 local function walker(changes)
-  local outcome = { status = "done", time = 5, center_start = { 0, 0, 0.3 },
+  local one = rows.new({ letters = 8 }, 1)
+  local each = one.data[0]
+  for name in ([[path_length height contact kinetic elastic muscle_work strain strain_most
+      ]]):gmatch "%S+" do each.outcome[name] = 0 / 0 end
+  local outcome = { status = 2, time = 5, center_start = { 0, 0, 0.3 },
     center_middle = { 1, 2, 0.4 }, center_end = { 4, 6, 0.5 } }
   for key, value in pairs(changes or {}) do outcome[key] = value end
-  local body = { letters = "ee\nee\nee", size = { 2, 3, 1 }, mass = 2, counts = {}, voxels = 6 }
-  return scored_robot.new({ id = 1, status = outcome.status, outcome = outcome, body = body },
-    { options = { edge = 0.1, record = {} } })
+  for key, value in pairs(outcome) do each.outcome[key] = value end
+  each.body = { status = 1, voxels = 6, size = { 2, 3, 1 } }
+  each.id, each.mass = 1, 2
+  rows.set_status(one, 1)
+  return scored_robot.new(one[1], { options = { edge = 0.1, record = {} } })
 end
 
 local WORK = { kinetic = 1, elastic = 1, muscle_work = 40 }
@@ -76,8 +83,7 @@ fitness:test("a measure of what was not recorded names the entry to add", functi
 end)
 
 fitness:test("a robot that failed has no measures", function(t)
-  local robot = walker { status = "diverged", time = 1.5 }
-  robot.record.reason = "speed"
+  local robot = walker { status = 4, reason = 2, time = 1.5 } -- diverged, speed
   t:raises("robot 1 has no distance: it is diverged (speed) at t = 1.5 s",
     function() robot:distance() end)
 end)

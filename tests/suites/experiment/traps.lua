@@ -2,9 +2,9 @@
 --- Each row is what a user writes, and what `limax run` then does: it stops, or it warns and goes
 --- on.
 
+local reader = require "limax.run.reader"
 local host = require "limax.host"
 local process = require "support.process"
-local source = require "limax.base.source"
 
 local suite = require("limax.test").suite "traps"
 
@@ -47,9 +47,10 @@ suite:test("robots are read-only", { limit = 60 }, function(t)
     .. ", " .. selection "population[1].measures.far = 999; return 1, 2", "return experiment")))
   t:equal(process.ends(folder, { "run", "try.lua" }).status, 0)
   for generation = 0, 2 do
-    local path = ("%s/runs/try-1/r01/population/g%04d.jsonl"):format(folder, generation)
-    local text = assert(source.read(path))
-    t:ok(not text:find '"bone":999' and not text:find '"far":999' and text:find '"far":1')
+    for _, row in ipairs(reader.read(folder .. "/runs/try-1"):rows(1, generation)) do
+      t:ok(row.body.counts.bone ~= 999 and row.body.size[1] ~= 999)
+      if row.status == "done" then t:equal(row.measures.far, 1) end
+    end
   end
 end)
 
@@ -92,7 +93,7 @@ suite:test("what a script may not change", { limit = 60 }, function(t)
     selection "table.remove(population.ranked, 1) return 1, 2")
   gives(t, 1, 'try.lua:7: an experiment is read-only (assignment to "population")', "", "",
     "experiment.population = 8\nreturn experiment")
-  gives(t, 1, "population.state is a table of the run: write to its fields", "", "",
+  gives(t, 1, "population.state is there after score: write to its fields then", "", "",
     "for robots in limax.start(experiment):generations() do robots.state = {} end")
   gives(t, 1, "the loop of generation 0 changed population.ranked", "", "",
     "for robots in limax.start(experiment):generations() do robots:score().ranked[1] = 99 end")

@@ -2,6 +2,7 @@
 --- asks only for missing ones, and gives the bytes of an uninterrupted run. A replay gives the
 --- bytes of the recorded run.
 
+local reader = require "limax.run.reader"
 local engine = require "limax.engine"
 local evolution = require "support.evolution"
 local host = require "limax.host"
@@ -65,8 +66,8 @@ end
 
 local completes = process.completes
 
-local RESUMED = { "metrics.jsonl", "ledger.jsonl", "r01/population/g0019.npy",
-  "r02/population/g0019.npy", "r02/population/g0019.jsonl" }
+local RESUMED = { "r01/metrics.jsonl", "r01/ledger.jsonl", "r01/genomes/g0019.npy",
+  "r02/genomes/g0019.npy", "r02/robots/g0019.npy" }
 
 -- Requests on disk, and how many of them differ.
 local function asked(folder)
@@ -149,8 +150,8 @@ local function moody(messages, n)
   return answers[(n + #messages) % #answers + 1]
 end
 
-local SAME = { "metrics.jsonl", "ledger.jsonl", "r01/population/g0011.jsonl",
-  "r01/population/g0011.npy" }
+local SAME = { "r01/metrics.jsonl", "r01/ledger.jsonl", "r01/robots/g0011.npy",
+  "r01/genomes/g0011.npy" }
 
 local LONG = { generations = 12 }
 local run = talker.run
@@ -197,9 +198,10 @@ suite:test("a replay that asks another question, or runs longer, ends with the r
       end)
     -- it is written asynchronously
     local began = host.clock()
-    while host.clock() - began < process.LATE and source.read_json(folder .. "/checkpoint")
-      .generation < 3 do host.wait(0.01) end
-    t:equal(source.read_json(folder .. "/checkpoint").generation, 3)
+    while host.clock() - began < process.LATE and reader.read(folder):last(1) < 3 do
+      host.wait(0.01)
+    end
+    t:equal(reader.read(folder):last(1), 3)
     t:ok(run(t, { "replay", run = recorded.folder, match = "generation" }, { seed = 2 }))
   end)
 

@@ -274,7 +274,7 @@ suite:test("a run with a different fault in each generation", { limit = 300 }, f
   t:ok(search(t, done.folder) > #names)
   t:ok(not leaks(done.output), done.output)
   local again = talker.run(t, { "replay", run = done.folder }, { generations = #names + 1 })
-  evolution.same_files(t, again.folder, done.folder, { "metrics.jsonl", "ledger.jsonl" })
+  evolution.same_files(t, again.folder, done.folder, { "r01/metrics.jsonl", "r01/ledger.jsonl" })
 end)
 
 local EXPERIMENT = [[
@@ -304,7 +304,7 @@ suite:test("a dead endpoint costs its budgets once, not in each repetition",
     -- 21st and the 41st) probed
     t:equal(run("apart", "--apart"), { questions = 3, probes = 4 })
     t:equal(run("together", "--together"), { questions = 3, probes = 3 })
-    evolution.same_files(t, folder .. "/together", folder .. "/apart", { "metrics.jsonl" })
+    evolution.same_files(t, folder .. "/together", folder .. "/apart", { "r01/metrics.jsonl" })
     server:close()
   end)
 
@@ -326,7 +326,7 @@ suite:test("the shipped experiment runs, replays as its file states, and shows n
     process.completes(t, folder, { "run", script, "--out", "again", "--set",
       'supervisor=["replay"]', "--set", "supervisor.run=live", unpack(small) })
     evolution.same_files(t, folder .. "/again", folder .. "/live",
-      { "metrics.jsonl", "ledger.jsonl" })
+      { "r01/metrics.jsonl", "r01/ledger.jsonl" })
   end)
 
 suite:test("without an endpoint no run begins", { limit = 30 }, function(t)

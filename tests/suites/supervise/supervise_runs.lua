@@ -1,6 +1,7 @@
 --- supervise_runs.lua: supervisors over whole runs: those that use another run's parameters,
 --- resumes, and a budget of evaluations.
 
+local process = require "support.process"
 local histories = require "support.histories"
 local evolution = require "support.evolution"
 local host = require "limax.host"
@@ -119,8 +120,9 @@ suite:test("an unsuitable run is refused before the experiment begins", function
   refused("has no repetition 2", { repetition = 2 })
   refused("is not a run folder", { run = folder .. "/r01" })
   t:raises('expected the folder of another run, got nil', function() free "yoked" end)
-  assert(host.file.write_atomic(folder .. "/STATUS", '{"state":"running"}'))
-  refused("is not done (running)", {})
+  local text = process.read(folder .. "/journal.jsonl")
+  assert(host.file.write_atomic(folder .. "/journal.jsonl", (text:gsub("[^\n]*\n$", ""))))
+  refused("is not done (stopped)", {})
 end)
 
 -- ---- a resume -----------------------------------------------------------------------------------
@@ -139,8 +141,8 @@ suite:test("supervisors keep no state outside of the history: a resume gives the
     end
     begun.folder:close()
     limax.start(free(spec, short), { out = parts, resume = true, say = evolution.silent }):finish()
-    evolution.same_files(t, parts, whole, { "metrics.jsonl", "ledger.jsonl",
-      "r01/population/g0005.jsonl" })
+    evolution.same_files(t, parts, whole, { "r01/metrics.jsonl", "r01/ledger.jsonl",
+      "r01/robots/g0005.npy" })
   end
 end)
 

@@ -195,7 +195,7 @@ suite:test("--outcome compares what the metrics record of archives and fronts", 
   contains(t, result.outcome, "QD score")
   for _, arm in ipairs(result.arms) do
     for k, one in ipairs(arm.runs) do
-      local lines = source.read(("%s/%s%d/metrics.jsonl"):format(base, arm.arm, k))
+      local lines = source.read(("%s/%s%d/r01/metrics.jsonl"):format(base, arm.arm, k))
       t:equal(one.outcome, host.json.decode(lines:match "([^\n]+)\n$").archive.qd_score)
     end
   end

@@ -270,9 +270,9 @@ suite:test("a run in progress is reported and listed", { limit = 20 }, function(
   local base = t:folder()
   run(base .. "/runs/half", { supervisor = "random" })
   local folder = base .. "/runs/half"
-  local text = source.read(folder .. "/metrics.jsonl")
+  local text = source.read(folder .. "/r01/metrics.jsonl")
   -- as a writer leaves it in the middle of its third line
-  assert(host.file.write_atomic(folder .. "/metrics.jsonl",
+  assert(host.file.write_atomic(folder .. "/r01/metrics.jsonl",
     text:match "^[^\n]*\n[^\n]*\n" .. '{"repetition": 1, "gen'))
   assert(host.file.write_atomic(folder .. "/STATUS", '{"state": "running"}'))
   run(base .. "/runs/whole", { supervisor = "fixed", seed = 7 })

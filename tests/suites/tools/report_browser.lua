@@ -70,7 +70,7 @@ suite:test("charts and robots work, and nothing is loaded", { limit = 600 }, fun
   local seen, base = seen_of(t)
   t:equal({ seen.problems, seen.loaded }, { {}, 0 })
   local k = 0
-  for line in source.read(base .. "/r/metrics.jsonl"):gmatch "[^\n]+" do
+  for line in source.read(base .. "/r/r01/metrics.jsonl"):gmatch "[^\n]+" do
     k = k + 1
     local metrics = host.json.decode(line)
     t:equal(seen.charts[1].data.curves[1].points[k],

@@ -47,8 +47,8 @@ suite:test("progress is not written into data files where standard streams are c
   assert(host.file.write_atomic(folder .. "/try.lua", EXPERIMENT))
   process.completes(t, folder, { "run", "try.lua", "--out", "r", "--set", "supervisor=rules" },
     { before = "exec <&- >&- 2>&-;" })
-  evolution.same_files(t, folder .. "/r", expected .. "/r", { "metrics.jsonl", "ledger.jsonl",
-    "scripts/try.lua", "r01/population/g0000.jsonl", "r01/population/g0000.npy" })
+  evolution.same_files(t, folder .. "/r", expected .. "/r", { "r01/metrics.jsonl", "r01/ledger.jsonl",
+    "scripts/try.lua", "r01/robots/g0000.npy", "r01/genomes/g0000.npy" })
   for _, file in ipairs { "STATUS", "config.json" } do
     t:ok(host.json.decode(process.read(folder .. "/r/" .. file)), file)
   end
@@ -58,7 +58,7 @@ suite:test("the champion is the best of all generations where survival forgets i
   local done, folder = run(t, "--set", "survival=generational", "--set", "generations=6",
     "--set", "seed=2")
   local best, generation = -math.huge, nil
-  for line in io.lines(folder .. "/r/metrics.jsonl") do
+  for line in io.lines(folder .. "/r/r01/metrics.jsonl") do
     local of_line = host.json.decode(line)
     if of_line.best > best then best, generation = of_line.best, of_line.generation end
   end
@@ -76,7 +76,7 @@ suite:test("a supervisor that always fails is in summary, metrics, compare and r
     local loud = "FAILED IN EVERY GENERATION (2 of 2)"
     t:ok(done.stdout:find(loud, 1, true), done.stdout)
     t:ok(done.stderr:find(loud, 1, true), done.stderr)
-    local _, count = process.read(folder .. "/r/metrics.jsonl"):gsub('"supervisor_failed":true', "")
+    local _, count = process.read(folder .. "/r/r01/metrics.jsonl"):gsub('"supervisor_failed":true', "")
     t:equal(count, 2)
     process.completes(t, folder, { "run", "mine.lua", "-q", "--out", "b", "--set",
       "supervisor=fixed" })
@@ -94,7 +94,7 @@ suite:test("resuming a finished run prints the command that extends it", { limit
   local words = done.stderr:match "limax (run %-%-resume [^\n]+)"
   t:equal(words, "run --resume r --changed --set generations=6")
   process.completes(t, folder, { "run", "--resume", "r", "--changed", "--set", "generations=6" })
-  t:equal(select(2, process.read(folder .. "/r/metrics.jsonl"):gsub("\n", "")), 6)
+  t:equal(select(2, process.read(folder .. "/r/r01/metrics.jsonl"):gsub("\n", "")), 6)
 end)
 
 suite:test("the text of a tally", function(t)

@@ -72,8 +72,8 @@ end)
 local function bytes_of(one)
   local list = {}
   for _, cell in ipairs(one.cells) do
-    for _, name in ipairs { "metrics.jsonl", "ledger.jsonl",
-      ("r%02d/population/g0001.jsonl"):format(cell.repetition) } do
+    for _, name in ipairs { "r01/metrics.jsonl", "r01/ledger.jsonl",
+      ("r%02d/robots/g0001.npy"):format(cell.repetition) } do
       -- the ledger names the folder of a donor
       local text = assert(source.read(("%s/%s/%s"):format(one.out, cell.path, name)))
       list[#list + 1] = text:gsub(one.out:gsub("%p", "%%%0"), "OUT")

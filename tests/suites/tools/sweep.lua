@@ -37,8 +37,8 @@ local function sessions(folder)
 end
 
 local function same_metrics(t, a, b)
-  t:ok(process.read(a .. "/metrics.jsonl") ~= "", a)
-  t:equal(process.read(a .. "/metrics.jsonl"), process.read(b .. "/metrics.jsonl"))
+  t:ok(process.read(a .. "/r01/metrics.jsonl") ~= "", a)
+  t:equal(process.read(a .. "/r01/metrics.jsonl"), process.read(b .. "/r01/metrics.jsonl"))
 end
 
 suite:test("every combination runs once, with the bytes of limax run, and can be extended",
@@ -87,7 +87,7 @@ local function stopped(t, signal)
   local child = process.start(folder, { "sweep", "try.lua", "--device", "cpu", "--out", "s",
     "--set", "seed=1,2,3,4", "--jobs", "2" })
   child:signal_when(signal, function()
-    return #process.read(folder .. "/s/seed=2/r01/metrics.jsonl") > 5000
+    return #process.read(folder .. "/s/seed=2/r01/r01/metrics.jsonl") > 5000
   end)
   return folder, child:finish()
 end

@@ -60,10 +60,10 @@ suite:test("on a terminal it follows a run to its end", { limit = 120 }, functio
   local base = t:folder()
   run(base .. "/r")
   local folder = base .. "/r"
-  local metrics, status = source.read(folder .. "/metrics.jsonl"), source.read(folder .. "/STATUS")
+  local metrics, status = source.read(folder .. "/r01/metrics.jsonl"), source.read(folder .. "/STATUS")
   local first = metrics:match "^[^\n]*\n"
   -- a run in its first generation, which ends when that has been shown
-  assert(host.file.write_atomic(folder .. "/metrics.jsonl", first))
+  assert(host.file.write_atomic(folder .. "/r01/metrics.jsonl", first))
   assert(host.file.write_atomic(folder .. "/STATUS", '{"state": "running"}'))
   assert(host.file.write_atomic(base .. "/all", metrics))
   assert(host.file.write_atomic(base .. "/end", status))

@@ -118,7 +118,7 @@ finish  run:finish()
 ]] },
   { title = "A population", class = "limax.population.scored", prefix = "population:",
     text = "What `run:generations()` gives, and `history[n].population`: an array of robots.",
-    files = { "scripts/lib/evolution/population.lua" }, holder = "Population:",
+    files = { "scripts/lib/evolution/generation.lua" }, holder = "Population:",
     stage = RUN .. "\npopulation = run:generations()()",
     examples = [[
 simulate  population:simulate()

@@ -31,7 +31,7 @@ function evolutions.run(how)
       local best = robots.ranked[1]
       local again = rescore.population(robots, trial.finest(size.reference), { best })
       local row = { case = case.name, seed = seed, setting = name,
-        best = robots.records[best].fitness, best_at_finest = again.fitness[best],
+        best = robots.rows[best].fitness, best_at_finest = again.fitness[best],
         seconds = seconds }
       rows[#rows + 1], paper = row, name == "paper" and row or paper
       how.say(("%s, seed %d, %s: best %.3f, at the finest setting %.3f; %.1f s"):format(case.name,

@@ -4,9 +4,10 @@
 
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
+local generations = require "limax.evolution.generation"
 local host = require "limax.host"
-local population = require "limax.evolution.population"
 local ranking = require "limax.tools.bench.accuracy.ranking"
+local robot_rows = require "limax.robot.rows"
 local rescore = require "limax.evolution.rescore"
 local robot_file = require "limax.robot.robot_file"
 local script = require "limax.base.script"
@@ -51,7 +52,7 @@ end
 local function gather(experiment, champions, device)
   local first = walkers.random(experiment:override { "generations=1", "repetitions=1",
     "population=" .. math.min(experiment.config.population, SEARCHED) }, device)
-  local config, sources, records = first.world.config, {}, {}
+  local config, sources = first.world.config, {}
   for i = 1, #first do
     if #sources < BODIES and first.engine:body(i).status == "valid" then
       sources[#sources + 1] = { first.engine, i }
@@ -67,14 +68,13 @@ local function gather(experiment, champions, device)
   local together = engine.population { lattice = config.lattice, count = #sources }
   for k, each in ipairs(sources) do
     together:set_body(k, each[1]:voxels(each[2]), each[1]:weights(each[2]))
-    records[k] = { id = k, generation = 0, parents = host.json.array {}, origin = "initial" }
   end
   together:check(first.materials, { require_muscle = config.genome.require_muscle })
-  local robots = population.new(first.world, { engine = together, materials = first.materials,
-    generation = 0, repetition = 1, parameters = config.breeding,
-    records = records })
-  robots.columns.bodies:describe(together, first.materials)
-  return robots
+  local all = first.world:rows(0, nil, #sources)
+  for k = 1, #sources do all[k].id, all[k].origin = k, "initial" end
+  robot_rows.describe(all, together, first.materials)
+  return generations.new(first.world, { engine = together, materials = first.materials,
+    generation = 0, parameters = config.breeding, rows = all })
 end
 
 -- The experiment's setting with its step at a share.
