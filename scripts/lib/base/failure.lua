@@ -93,8 +93,9 @@ local function trace(value)
   if value == host.interrupt then return { value = value } end
   local lines = { failure.bare(value) }
   for frame in debug.traceback("", 2):gmatch "\n(\t[^\n]+)" do
-    -- functions of C and of LuaJIT have no line
+    -- functions of C and of LuaJIT have no line, and a deep stack is cut in its middle
     local in_lua = not frame:match "^%s*%[C%]" and not frame:match "^%s*%[builtin"
+      and frame ~= "\t..."
     if in_lua and not failure.is_ours(frame) then lines[#lines + 1] = frame end
   end
   return { value = value, trace = table.concat(lines, "\n") }

@@ -67,6 +67,7 @@ function rescore.population(robots, setting, which)
     schema.refuse("rescore.population: which", "a list of indices", which)
   end
   local world, mask, options = robots.world, {}, {}
+  local own_state = rawget(robots, "state") or robots.before.state
   for k, trial in ipairs(robots.trials) do
     local own = type(setting) == "function" and setting(trial.simulation) or setting
     options[k] = rescore.options({ simulation = trial.simulation,
@@ -96,7 +97,7 @@ function rescore.population(robots, setting, which)
       result.status[i], result.time_step[i] = row.status, row.outcome.time_step
       if row.status == "done" then
         local value, _, message =
-          scoring.call(world.fitness.call, robot, state.copy(rawget(robots, "state") or robots.before.state))
+          scoring.call(world.fitness.call, robot, state.copy(own_state))
         result.distance[i], result.fitness[i] = robot:distance(), value
         if message then result.status[i] = "failed" end
       end

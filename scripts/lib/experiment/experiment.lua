@@ -254,7 +254,7 @@ local function resolve(spec, origin)
   config.record.population, config.record_population = nil, kept ~= "all" and kept or nil
   if kept == "best" and spec.archive ~= nil then
     return nil, 'record.population: "best" keeps no genomes of the robots in an archive; expected'
-      .. ' "all" or "columns"'
+      .. ' "all"'
   end
   if spec.record == nil or kept and next(spec.record, next(spec.record)) == nil then
     for kind, rate in pairs(defaults.record) do config.record[kind] = rate end

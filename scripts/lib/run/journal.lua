@@ -27,6 +27,9 @@ local journal = {}
 
 journal.FILE = "journal.jsonl"
 
+-- How a line of base/sealed.lua begins.
+local OPENING = '{"hash":"'
+
 local rules = {}
 for kind, rows in pairs(records.journal) do rules[kind] = record_rules.rule(rows) end
 
@@ -101,6 +104,9 @@ local function take(self, text, number)
   local line, reason = sealed.open(text)
   local rule = line and rules[line.kind]
   local problem = rule and select(2, rule(line, ""))
+  if rule and line.kind ~= "begin" and not self.begins[1] then
+    problem = "no process has begun to write"
+  end
   if line and not rule then reason = "has a kind that limax does not know" end
   if problem then reason = "is invalid: " .. problem:gsub("%c", "?") end
   if reason then
@@ -130,6 +136,11 @@ function journal.read(folder)
     number = number + 1
     take(self, line, number)
     self.bytes = last - 1
+  end
+  local torn, newest = text:sub(self.bytes + 1), 0
+  if torn ~= "" and torn:sub(1, #OPENING) ~= OPENING:sub(1, #torn) then
+    for _, following in pairs(self.next) do newest = math.max(newest, following) end
+    damaged(self, number + 1, "is not a line that limax began", nil, newest)
   end
   return self
 end

@@ -40,7 +40,7 @@ end
 --- Is there a run that can be read?
 function reader.is_run(path)
   return host.file.exists(path .. "/" .. config.FILE) == "file"
-    and host.file.exists(path .. "/" .. journal.FILE) == "file"
+    and host.file.exists(path .. "/" .. journal.FILE) ~= nil
 end
 
 -- What to add to a message about a folder that is none of a run, and holds some.

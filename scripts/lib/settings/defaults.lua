@@ -100,7 +100,7 @@ defaults.scene = { gravity = true, ground = true, friction = true, damping = tru
 defaults.record = { center_of_mass = 50 }
 
 --- What a run folder keeps of each generation's robots; the first is the default.
-defaults.kept_robots = { "all", "columns", "best" }
+defaults.kept_robots = { "all", "best" }
 
 defaults.materials = "paper"
 defaults.encoding = "fourier"

@@ -34,59 +34,66 @@ suite:test("a resume names the field of a damaged configuration", { limit = 20 }
   assert(host.file.write_atomic(base .. "/r/config.json",
     (text:gsub('"overrides": 7', '"overrides": []'):gsub('"population": 6', '"population": 8'))))
   done = process.ends(base, { "run", "--resume", "r", "-q", "--device", "cpu" })
-  t:equal(done.status, 1)
-  t:ok(done.stderr:find("limax: r/config.json was edited or damaged", 1, true), done.stderr)
+  t:equal(done.status, 2)
+  t:ok(done.stderr:find("limax: r/config.json was changed since it was sealed", 1, true),
+    done.stderr)
 end)
 
--- A file from somebody else may match its hash and still be no file of a run.
-suite:test("a sealed file with a wrong field is named", { limit = 20 }, function(t)
+-- A line from somebody else may match its hash and still be no line of a run.
+suite:test("a sealed line with a wrong field is named", { limit = 20 }, function(t)
   local base = t:folder()
   evolution.run(base .. "/r")
-  local text = '{"schema":"limax.checkpoint/1","repetition":1,"generation":0,"bytes":7}\n'
-  assert(host.file.write_atomic(base .. "/r/checkpoint", sealed.add(text)))
-  local done = process.ends(base, { "list", "--check", "r" })
-  t:equal({ done.status, done.stdout },
-    { 1, "r is damaged:\n  checkpoint is invalid: bytes: expected a table, got 7\n" })
+  local path = base .. "/r/journal.jsonl"
+  for line, problem in pairs {
+    ['{"kind":"generation","evaluations":-1}'] = "evaluations: expected a whole number from 0",
+    ['{"kind":"end","state":"fine","ended":"now"}'] = 'state: expected one of "done"',
+    ['{"kind":"other"}'] = "has a kind that limax does not know" } do
+    local text = source.read(path)
+    assert(host.file.write_atomic(path, text .. sealed.add(line) .. "\n"))
+    local done = process.ends(base, { "list", "--check", "r" })
+    t:ok(done.status == 1 and done.stdout:find("journal.jsonl, line 6", 1, true)
+      and done.stdout:find(problem, 1, true), done.stdout)
+    assert(host.file.write_atomic(path, text))
+  end
 end)
 
 suite:test("a pipe in a folder is named, and does not stop limax list", { limit = 20 }, function(t)
   local base = t:folder()
   evolution.run(base .. "/good")
-  for k, file in ipairs { "metrics.jsonl", "STATUS", "config.json" } do
+  for k, file in ipairs { "r01/metrics.jsonl", "journal.jsonl", "config.json" } do
     local run = base .. "/bad" .. k
     shell("cp -r %s/good %s && rm %s/" .. file .. " && mkfifo %s/" .. file, base, run, run, run)
   end
   local done = process.ends(base, { "list", "." })
   t:equal(done.status, 0)
   t:ok(done.stdout:find "good +done" and done.stdout:find "bad1 +damaged", done.stdout)
-  t:ok(done.stderr:find("bad1/metrics.jsonl: is not a regular file", 1, true), done.stderr)
-  done = process.ends(base, { "run", "--resume", "bad2" })
-  t:equal({ done.status, done.stderr }, { 1, "limax: bad2/STATUS: is not a regular file\n" })
+  t:ok(done.stderr:find("bad1/r01/metrics.jsonl is a link, or no regular file", 1, true),
+    done.stderr)
+  process.fails(t, base, 2, { "run", "--resume", "bad2" }, "bad2/journal.jsonl is a link, or no regular file")
 end)
 
-suite:test("a resume writes through no link", { limit = 20 }, function(t)
+suite:test("a link in a folder is refused by every command", { limit = 60 }, function(t)
   local base = t:folder()
   assert(host.file.write_atomic(base .. "/tiny.lua", SCRIPT))
   process.completes(t, base, { "run", "tiny.lua", "--out", "r", "-q", "--device", "cpu" })
-  shell("mkdir %s/elsewhere && mv %s/r/r01/population %s/elsewhere/ "
-    .. "&& ln -s ../../elsewhere/population %s/r/r01/population", base, base, base, base)
-  local kept = base .. "/elsewhere/population/g0099.jsonl"
-  assert(host.file.write_atomic(kept, "kept"))
-  process.completes(t, base, { "run", "--resume", "r", "-q", "--device", "cpu" })
-  t:equal(host.file.exists(kept), "file")
-  -- nor does it write there
-  local more = { "run", "--resume", "r", "-q", "--changed", "--set", "generations=4" }
-  shell("ln -s ../../kept %s/elsewhere/population/g0003.npy && echo kept >%s/kept", base, base)
-  shell("rm %s/r/scripts/tiny.lua && ln -s ../../tiny.lua %s/r/scripts/", base, base)
-  shell("ln %s/tiny.lua %s/script", base, base)
-  process.completes(t, base, more)
-  shell("rm %s/r/STATUS && ln -s ../kept %s/r/STATUS", base, base)
-  local refused = process.ends(base, more)
-  t:equal(refused.status, 1)
-  t:ok(refused.stderr:find("r/STATUS is a link: a run is not continued", 1, true), refused.stderr)
-  t:equal(source.read(base .. "/kept"), "kept\n")
-  -- the name still refers to the same file
-  shell("test %s/tiny.lua -ef %s/script", base, base)
+  shell("cp %s/tiny.lua %s/kept", base, base)
+  for _, place in ipairs { "r01", "r01/robots", "r01/metrics.jsonl", "scripts", "scripts/tiny.lua",
+    "config.json", "journal.jsonl", "report.html" } do
+    shell("rm -rf %s/bad %s/elsewhere && cp -r %s/r %s/bad", base, base, base, base)
+    local path = base .. "/bad/" .. place
+    if host.file.exists(path) then
+      shell("mv %s %s/elsewhere && ln -s %s/elsewhere %s", path, base, base, path)
+    else
+      shell("ln -s %s/kept %s", base, path)
+    end
+    for _, words in ipairs { { "run", "--resume", "bad", "-q", "--device", "cpu", "--changed",
+      "--set", "generations=4" }, { "report", "bad", "--no-robots" }, { "list", "--check", "bad" },
+      { "convert", "bad", "bad.csv", "--force" } } do
+      local done = process.ends(base, words)
+      t:ok(done.status > 0, place .. ": " .. table.concat(words, " "))
+    end
+    t:equal(source.read(base .. "/kept"), SCRIPT)
+  end
 end)
 
 return suite

@@ -1,9 +1,11 @@
 --- resume.lua: a run gives the same bytes under all conditions: another number of threads, one
 --- repetition only, SIGINT and SIGKILL at random moments, a resume with and without changes.
 
+local check = require "limax.run.check"
 local engine = require "limax.engine"
 local host = require "limax.host"
 local process = require "support.process"
+local reader = require "limax.run.reader"
 local source = require "limax.base.source"
 
 local suite = require("limax.test").suite "resume"
@@ -51,10 +53,8 @@ end
 local run, completes = process.ends, process.completes
 
 -- Files that hold clocks, or how a run got there.
-local skipped = { ["environment.json"] = true, ["timing.jsonl"] = true, STATUS = true,
-  checkpoint = true, ["hashes.jsonl"] = true, ["config.json"] = true, scripts = true,
-  ["champion.svg"] = true,
-  ["config-1.json"] = true, ["scripts-1"] = true }
+local skipped = { ["journal.jsonl"] = true, ["timing.jsonl"] = true, ["config.json"] = true,
+  scripts = true, ["champion.svg"] = true, ["config-2.json"] = true, ["scripts-2"] = true }
 
 -- All other files below a folder, sorted.
 local function files(folder, below, list)
@@ -78,24 +78,18 @@ local function same_run(t, got, expected)
   end
 end
 
--- A killed process leaves whole files and lines; a line may be cut only beyond the checkpoint.
-local function check_whole(t, folder)
-  local text = source.read(folder .. "/checkpoint")
-  local bytes = text and host.json.decode(text).bytes or {}
+local function state_of(folder) return (reader.read(folder).journal:state()) end
+
+-- A killed process leaves all that its journal names, and files that grow are at any moment a
+-- prefix of their final bytes.
+local function check_whole(t, folder, whole)
+  if not reader.is_run(folder) then return end
+  t:equal(check.folder(reader.read(folder)), {})
   for _, path in ipairs(files(folder)) do
-    text = source.read(folder .. path)
-    local size = bytes[path:match "^/(%l+)%.jsonl$"]
-    if size then
-      t:ok(text:sub(size, size) == "\n", path .. " is not what the checkpoint states")
-      text = text:sub(1, size)
-    end
-    if path:find "%.part$" then
-      t:ok(path:find "/%.", "a temporary file that is not hidden: " .. path)
-    elseif path:find "%.jsonl$" and (size or path:find "population") then
-      for line in text:gmatch "[^\n]+" do t:ok(host.json.decode(line), path .. ": " .. line) end
-    elseif path:find "%.json$" then
-      t:ok(host.json.decode(text), path .. " is cut off")
-    end
+    local text = path:find "%.jsonl$" and source.read(folder .. path)
+    local final = text and source.read(whole .. path)
+    if text then t:ok(final:sub(1, #text) == text, path .. " is no prefix of its final bytes") end
+    t:ok(not path:find "%.part$" or path:find "/%.", "a temporary file is not hidden: " .. path)
   end
 end
 
@@ -117,13 +111,6 @@ suite:test("threads, and repetitions together or only one, change no byte", { li
     t:equal(files(folder .. "/only", "/r02"), files(folder .. "/apart", "/r02"))
     for _, path in ipairs(files(folder .. "/only", "/r02")) do
       t:ok(source.read(folder .. "/only" .. path) == source.read(folder .. "/apart" .. path), path)
-    end
-    for _, name in ipairs { "/metrics.jsonl", "/ledger.jsonl" } do
-      local lines = {}
-      for line in source.read(folder .. "/apart" .. name):gmatch "[^\n]+" do
-        if host.json.decode(line).repetition == 2 then lines[#lines + 1] = line .. "\n" end
-      end
-      t:ok(source.read(folder .. "/only" .. name) == table.concat(lines), name .. " differs")
     end
     t:ok(not host.file.exists(folder .. "/only/r01"))
   end)
@@ -150,16 +137,19 @@ local function survives(t, signal, kills)
       local words = begun and { "--resume", name } or { "tiny.lua", "--out", name }
       done = run(folder, { "run", "-q", "--device", "cpu", ways[random:integer(2)], unpack(words) },
         { signal = signal, after = seconds * (0.1 + 0.35 * random:uniform()) })
-      local grown = #(source.read(path .. "/metrics.jsonl") or "")
+      local grown = #(source.read(path .. "/journal.jsonl") or "")
       seconds = seconds * (done.status == 0 and 0.8 or grown == size and 1.3 or 1)
       size = grown
       if done.status ~= 0 then
         t:equal(done.status, signal == "INT" and 130 or 137)
         hit = hit + 1
-        check_whole(t, path)
-        local status = source.read(path .. "/STATUS")
-        if signal == "INT" and status and host.json.decode(status).state == "interrupted" then
-          t:ok(done.stderr:find("limax run --resume " .. name, 1, true), done.stderr)
+        check_whole(t, path, folder .. "/whole")
+        if reader.is_run(path) then
+          -- a signal may come when all is done
+          local state = state_of(path)
+          t:ok(state == "stopped" or state == "done", state)
+          t:ok(signal ~= "INT" or done.stderr:find("limax run --resume " .. name, 1, true),
+            done.stderr)
         end
       end
     until done.status == 0
@@ -186,31 +176,6 @@ suite:test("a run with more generations has the bytes of a longer run", { limit 
   end
 end)
 
--- Runs three generations, and then six, with another record.population.
-local function keeps(t, folder, script, kept)
-  completes(t, folder, { "run", script, "-q", "--out", kept, "--set", "generations=3", "--set",
-    "record.population=" .. kept })
-  completes(t, folder, { "run", "--resume", kept, "-q", "--changed", "--set", "generations=6" })
-  completes(t, folder, { "list", "--check", kept })
-  t:ok(source.read(folder .. "/" .. kept .. "/metrics.jsonl")
-    == source.read(folder .. "/all/metrics.jsonl"))
-end
-
-suite:test("columns hold what the lines hold, and a run goes on from them", { limit = 60 },
-  function(t)
-    local folder = t:folder()
-    write_experiment(folder, 6, 2)
-    completes(t, folder, { "run", "tiny.lua", "-q", "--out", "all" })
-    keeps(t, folder, "tiny.lua", "columns")
-    for _, name in ipairs { "/r01/population/g0000", "/r02/population/g0005" } do
-      local lines = source.read(folder .. "/all" .. name .. ".jsonl")
-      t:ok(host.rows.lines(source.read(folder .. "/columns" .. name .. ".robots.npy")) == lines)
-      t:ok(not host.file.exists(folder .. "/columns" .. name .. ".jsonl"))
-    end
-    completes(t, folder, { "report", "columns", "--no-robots" })
-    t:ok(source.read(folder .. "/columns/report.html"):find "line of better parents")
-  end)
-
 suite:test("a run that keeps the best robots goes on from its newest generations", { limit = 60 },
   function(t)
     local folder = t:folder()
@@ -223,15 +188,20 @@ suite:test("a run that keeps the best robots goes on from its newest generations
           return { mutation_scale = 0.1 + 0.01 * old[2].genome[3] }
         end }]]))
     completes(t, folder, { "run", "best.lua", "-q", "--out", "all" })
-    keeps(t, folder, "best.lua", "best")
+    completes(t, folder, { "run", "best.lua", "-q", "--out", "best", "--set", "generations=3",
+      "--set", "record.population=best" })
+    completes(t, folder, { "run", "--resume", "best", "-q", "--changed", "--set", "generations=6" })
+    completes(t, folder, { "list", "--check", "best" })
     local place = folder .. "/best/r01/"
-    t:equal(host.file.list(place .. "population"), { "g0003.npy", "g0003.robots.npy", "g0004.npy",
-      "g0004.robots.npy", "g0005.npy", "g0005.robots.npy" })
+    t:ok(source.read(place .. "metrics.jsonl") == source.read(folder .. "/all/r01/metrics.jsonl"))
+    for _, name in ipairs { "robots", "genomes" } do
+      t:equal(host.file.list(place .. name), { "g0003.npy", "g0004.npy", "g0005.npy" })
+    end
     t:equal(#host.file.list(place .. "champions"), 6)
     local refused = run(folder, { "run", "--resume", "best", "--from", "4" })
     t:ok(refused.status == 2 and refused.stderr:find 'record.population = "best" keeps',
       refused.stderr)
-    assert(host.file.remove(place .. "population/g0004.npy"))
+    assert(host.file.remove(place .. "genomes/g0004.npy"))
     t:ok(run(folder, { "list", "--check", "best" }).stdout:find "g0004.npy is missing")
   end)
 
@@ -274,10 +244,9 @@ suite:test("a device that fails leaves whole generations and the command that co
     local last = done.stderr:match "\n(limax: .*)$" or done.stderr
     t:ok(last:find "^limax: simulation:advance: CUDA: [^\n]*CUDA_ERROR_ILLEGAL_ADDRESS\n", last)
     t:ok(last:find "ADDRESS\ncontinue with: [^\n]*limax run %-%-resume r\n$", last)
-    local status = host.json.decode(source.read(folder .. "/r/STATUS"))
-    t:equal(status.state, "failed")
-    t:ok(status.message:find("CUDA_ERROR_ILLEGAL_ADDRESS", 1, true), status.message)
-    t:ok(status.generation ~= nil)
+    local state, message = reader.read(folder .. "/r").journal:state()
+    t:equal(state, "failed")
+    t:ok(message:find("CUDA_ERROR_ILLEGAL_ADDRESS", 1, true), message)
     completes(t, folder, { "run", "--resume", "r", "-q" })
     same_run(t, folder .. "/r", folder .. "/whole")
   end)
@@ -300,7 +269,7 @@ return limax.experiment { name = "own", lattice = { 2, 2, 2 }, population = 4, g
     { before = "LIMAX_TEST_BREAK=1" })
   t:equal(done.status, 1)
   t:ok(done.stderr:find "^limax: .*CUDA_ERROR_ILLEGAL_ADDRESS\ncontinue with: ", done.stderr)
-  t:equal(host.json.decode(source.read(folder .. "/r/STATUS")).generation, 0)
+  t:equal(reader.read(folder .. "/r"):last(1), 0)
 end)
 
 suite:test("a changed script or configuration is refused with the difference", { limit = 60 },
@@ -317,21 +286,21 @@ suite:test("a changed script or configuration is refused with the difference", {
     t:ok(refused.stderr:find 'selection: was "rank", is "roulette"', refused.stderr)
     t:ok(refused.stderr:find '%+%d+:   selection = "roulette"', refused.stderr)
     t:ok(refused.stderr:find "%-%-changed", refused.stderr)
-    local before = source.read(folder .. "/r/metrics.jsonl")
+    local before = source.read(folder .. "/r/r01/metrics.jsonl")
 
     local continued =
       completes(t, folder, { "run", "--resume", "r", "--changed", "--set", "generations=3" })
     t:ok(continued.stderr:find "continuing with what has changed", continued.stderr)
-    local after = source.read(folder .. "/r/metrics.jsonl")
+    local after = source.read(folder .. "/r/r01/metrics.jsonl")
     t:equal(after:sub(1, #before), before)
     t:ok(#after > #before)
-    t:ok(host.file.exists(folder .. "/r/config-1.json"))
-    t:ok(source.read(folder .. "/r/scripts-1/tiny.lua"):find '"rank"')
-    t:ok(source.read(folder .. "/r/scripts/tiny.lua"):find '"roulette"')
+    t:ok(host.file.exists(folder .. "/r/config-2.json"))
+    t:ok(source.read(folder .. "/r/scripts/tiny.lua"):find '"rank"')
+    t:ok(source.read(folder .. "/r/scripts-2/tiny.lua"):find '"roulette"')
     -- a finished run has nothing left to do
     completes(t, folder, { "run", "--resume", "r", "-q" })
-    t:equal(source.read(folder .. "/r/metrics.jsonl"), after)
-    t:equal(host.json.decode(source.read(folder .. "/r/STATUS")).state, "done")
+    t:equal(source.read(folder .. "/r/r01/metrics.jsonl"), after)
+    t:equal(state_of(folder .. "/r"), "done")
   end)
 
 suite:test("a locked folder, and fields that can never change, are refused", { limit = 30 },
@@ -345,44 +314,12 @@ suite:test("a locked folder, and fields that can never change, are refused", { l
       t:equal(refused.status, 2)
       t:ok(refused.stderr:find "cannot be continued with another", refused.stderr)
     end
-    local handle = t:ok(host.file.lock(folder .. "/r"))
+    local handle = t:ok(host.file.lock(folder .. "/r/journal.jsonl"))
     local refused = run(folder, { "run", "--resume", "r" })
     handle:free()
     t:equal(refused.status, 1)
     t:ok(refused.stderr:find "in use by another process", refused.stderr)
   end)
-
--- flock as on NFS.
-local NFS = [[
-#include <cerrno>
-#include <sys/stat.h>
-#include <sys/syscall.h>
-#include <unistd.h>
-extern "C" int flock(int file, int operation) {
-    struct stat found {};
-    fstat(file, &found);
-    if (S_ISREG(found.st_mode)) return syscall(SYS_flock, file, operation);
-    errno = EBADF;
-    return -1;
-}
-]]
-
-suite:test("a run is locked where folders cannot be", { limit = 60 }, function(t)
-  local folder = t:folder()
-  write_experiment(folder, 2, 1)
-  process.write(folder .. "/nfs.cpp", NFS)
-  local built = os.execute(("cd %s && c++ -shared -fPIC -o nfs.so nfs.cpp 2>/dev/null"):format(
-    process.quote(folder)))
-  if built ~= 0 then t:skip "no C++ compiler" end
-  local on_nfs = { before = "export LD_PRELOAD=$PWD/nfs.so;" }
-  completes(t, folder, { "run", "tiny.lua", "-q", "--out", "r" }, on_nfs)
-  local handle = t:ok(host.file.lock(folder .. "/r/.lock"))
-  local refused = run(folder, { "run", "--resume", "r" }, on_nfs)
-  handle:free()
-  t:equal(refused.status, 1)
-  t:ok(refused.stderr:find "r is in use by another process", refused.stderr)
-  completes(t, folder, { "run", "--resume", "r" }, on_nfs)
-end)
 
 suite:test("a run continues with the copy of a script that is gone", { limit = 60 }, function(t)
   local folder = t:folder()
@@ -391,14 +328,10 @@ suite:test("a run continues with the copy of a script that is gone", { limit = 6
   completes(t, folder, { "run", "tiny.lua", "-q", "--out", "r", "--set", "generations=2" })
   host.file.remove(folder .. "/tiny.lua")
   local words = { "run", "--resume", "r", "--changed", "--set", "generations=4" }
-  local refused = run(folder, words)
-  t:equal(refused.status, 2)
-  t:ok(refused.stderr:find("tiny.lua is gone, and a script of a run folder runs with your rights: "
-    .. "read r/scripts, then allow it with --trust", 1, true), refused.stderr)
-  words[#words + 1] = "--trust"
   local continued = completes(t, folder, words)
   t:ok(continued.stderr:find "is gone; continuing with the copy", continued.stderr)
-  t:ok(source.read(folder .. "/r/metrics.jsonl") == source.read(folder .. "/whole/metrics.jsonl"))
+  t:ok(source.read(folder .. "/r/r01/metrics.jsonl")
+    == source.read(folder .. "/whole/r01/metrics.jsonl"))
   -- the copy is now the script's path
   words[6] = "generations=5"
   completes(t, folder, words)
@@ -444,7 +377,7 @@ suite:test("an own loop continues where it was stopped", { limit = 60 }, functio
   end
   completes(t, folder, { "own.lua", "parts" })
   same_run(t, folder .. "/parts", folder .. "/whole")
-  t:equal(host.json.decode(source.read(folder .. "/parts/STATUS")).state, "done")
+  t:equal(state_of(folder .. "/parts"), "done")
   local other = run(folder, { "run", "--resume", "parts" })
   t:equal(other.status, 2)
   t:ok(other.stderr:find("limax own.lua\nwith limax.start(", 1, true), other.stderr)
@@ -461,7 +394,7 @@ suite:test("an own loop continues where it was stopped", { limit = 60 }, functio
   t:ok(refused.stderr:find("changed = true continues with the new one", 1, true), refused.stderr)
   assert(host.file.write_atomic(script, (changed:gsub("resume = true", "%0, changed = true"))))
   completes(t, folder, { "own.lua", "parts" })
-  t:ok(host.file.exists(folder .. "/parts/scripts-1"))
+  t:ok(host.file.exists(folder .. "/parts/scripts-2"))
 end)
 
 return suite
