@@ -119,7 +119,7 @@ end
 function field_page.compare(t, value, field)
   for _, name in ipairs(choice.sorted_keys(value)) do
     local entry = value[name]
-    local child = name == "schema" and { children = {} } or field.children[name] or field.any
+    local child = field.children[name] or field.any or name == "schema" and { children = {} }
     t:ok(child, ("%s.%s is not on the page"):format(field.path, name))
     child.seen = true
     local objects = {}

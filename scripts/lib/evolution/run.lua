@@ -15,11 +15,11 @@ local worlds = require "limax.evolution.world"
 ---@field experiment limax.experiment that it is a repetition of
 ---@field config table the experiment's resolved configuration
 ---@field repetition integer 1, 2, ...
----@field world limax.world
----@field folder limax.run_folder|nil
+---@field world limax.world what never changes in it
+---@field folder limax.run_folder|nil that keeps its generations
 ---@field evaluations integer of the recorded generations
 ---@field ahead boolean|nil may a GPU begin to step a generation before the loop asks for it?
----@field ended boolean|nil
+---@field ended boolean|nil has it no further generation?
 ---@field history limax.generation[] one entry per scored generation
 ---@field population limax.population.scored|nil the newest generation
 local Run = strict.methods "run"

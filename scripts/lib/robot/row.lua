@@ -8,7 +8,11 @@ local names = require "limax.engine.names"
 local outcome = require "limax.engine.outcome"
 local records = require "limax.settings.records"
 
----@class limax.row a robot: { rows, index }
+--- A robot of an array.
+---@class limax.row
+---@field [1] limax.rows
+---@field [2] integer
+---@fields robot
 local Row = {}
 
 local row = {}

@@ -42,7 +42,7 @@ local function fail(pattern, ...) engine.fail(pattern:format(...)) end
 ---@field genome any view of the genes, nil for a robot made by hand
 ---@field body limax.robot.body what it consists of
 ---@field record table the same as a plain table, with `outcome` and `trials`
----@field row limax.row
+---@field row limax.row its fields in the array of its generation
 ---@field context limax.robot.context population, simulation, scene and options
 local methods = strict.methods "robot"
 

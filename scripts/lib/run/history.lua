@@ -24,40 +24,13 @@ local ALWAYS_KEPT = { repetition = true, generation = true, best = true, best_st
 --- A generation that has been scored, as supervisors and prompts see it; the fields of its line in
 --- metrics.jsonl, and more.
 ---@class limax.generation
----@field repetition integer 1, 2, ...
----@field generation integer 0, 1, ...
----@field population limax.population.scored its robots; without a folder only those of the last
---- three generations have genomes
----@field parameters table<string, number> that it was bred with
----@field materials table that it was made of, as a material file holds them
----@field ledger { supervisor: string, source?: string, reason?: string, entries: table[] } how it
---- got its parameters: its line in ledger.jsonl
----@field best number the champion's fitness
----@field best_standard? number the same under the first materials; absent if it ends badly there
----@field mean number of the scored robots' fitness; likewise the next three
----@field median number
----@field worst number
----@field quantiles table<string, number> q10, q25, q50, q75, q90
----@field measures? table<string, table> of each number that the fitness names: champion, mean,
---- least, most
----@field islands? { scored: integer, best?: number, mean?: number }[] with islands
----@field archive? { filled: integer, best: number, cells?: integer, coverage?: number, qd_score?:
---- number } with an archive
----@field front? { size: integer, hypervolume?: number } of the archive or the population, with
---- objectives
----@field novelty? { champion: number, mean: number, least: number, most: number } with a novelty
---- archive
----@field age? { champion: integer, mean: number, least: integer, most: integer } with the survival
---- "age_fitness"
----@field step_size? { champion?: number, mean: number, least: number, most: number } of the robots
---- that have one, with the mutation "self_adaptive"
----@field diversity { all: table, top: table } hamming, genotype, distinct, robots, material_shares
----@field failed { invalid: integer, diverged: integer, fitness: integer } robots without a score
----@field coarse integer robots of which a mass moved farther than a tenth of an edge in one step
----@field scored integer robots with a score
----@field evaluations integer robots that were simulated
----@field supervisor_failed? boolean true where the supervisor failed: fallback, or no change
----@field champion { id: integer, index: integer, hash: string } the best robot
+---@fields history generation
+
+---@class limax.ledger.line how a generation got its parameters
+---@fields ledger
+
+---@class limax.spread of a number over the scored robots that have it
+---@fields spread
 
 ---@class limax.history.source reads what is not in memory
 ---@field on_disk fun(): boolean can it read the fields of an entry?

@@ -76,8 +76,7 @@ function reader.read(path)
   if not reader.is_run(path) then
     local old = host.file.exists(path .. "/" .. config.FILE) == "file"
     failure.raise(2, old and ("%s was written by an earlier limax (it has no journal.jsonl): read"
-      .. " it with that version, or make a copy for report and compare: limax"
-      .. " scripts/dev/convert_run.lua %s NEW"):format(path, path)
+      .. " it with that version"):format(path)
       or ("%s is not a run folder: it has no config.json%s"):format(path, runs_in(path)))
   end
   refuse_links(path, 1)
@@ -141,6 +140,10 @@ local function object_of(text, name, where, entry)
   if value == nil then damaged(where, (message:gsub("^: ", ""):gsub("^line 1, ", ""))) end
   message = type(value) ~= "table" and "expected a JSON object" or select(2, RULES[name](value, ""))
   if message then damaged(where, message) end
+  if value.repetition ~= entry.repetition or value.generation ~= entry.generation then
+    damaged(where, ("generation: expected %d of repetition %d"):format(entry.generation,
+      entry.repetition))
+  end
   return value
 end
 
@@ -206,22 +209,16 @@ function Reader:each_file(visit)
 end
 
 -- Why a file of robots is not there; the end of a message.
-local function why_missing(self, entry)
-  if entry.recent then
-    return (": record.population = \"best\" keeps all robots of the newest %d generations only;"
-      .. " \"all\" keeps them"):format(files.RECENT)
-  elseif not entry.files.robots then
-    return (": %s was made from a run of an earlier version"):format(self.path)
-  end
-  return ""
+local function why_missing(entry)
+  return entry.recent and (": record.population = \"best\" keeps all robots of the newest %d"
+    .. " generations only; \"all\" keeps them"):format(files.RECENT) or ""
 end
 
 --- Does the folder have all robots of a generation?
 ---@return boolean
 function Reader:has_robots(repetition, generation)
   local entry = self.journal:entry(repetition, generation)
-  return entry ~= nil and entry.files.robots ~= nil
-    and (not entry.recent or generation > self:last(repetition) - files.RECENT)
+  return entry ~= nil and (not entry.recent or generation > self:last(repetition) - files.RECENT)
 end
 
 --- The bytes of a file of a generation.
@@ -234,12 +231,12 @@ function Reader:file(kind, repetition, generation)
   local entry = self.journal:entry(repetition, generation)
   local part = entry and entry.files[kind]
   if not part then
-    failure.raise(1, ("%s is not kept%s"):format(path, entry and why_missing(self, entry)
+    failure.raise(1, ("%s is not kept%s"):format(path, entry and why_missing(entry)
       or ": the run has no such generation"))
   end
   local text, message, missing = source.read_own(path)
   if not text and missing and entry.recent then
-    failure.raise(1, ("%s is not kept%s"):format(path, why_missing(self, entry)))
+    failure.raise(1, ("%s is not kept%s"):format(path, why_missing(entry)))
   elseif not text then
     failure.raise_damaged(message)
   elseif #text ~= part[1] or host.xxh3(text) ~= part[2] then

@@ -75,7 +75,7 @@ local TYPES = {
   number = schema.number { minimum = -record_rules.LARGEST_SCORE,
     maximum = record_rules.LARGEST_SCORE },
   finite = finite, whole = whole, index = index, text = text, switch = schema.boolean(),
-  any = function(value) return value end, vector = schema.numbers(3),
+  any = function(value) return value end, objects = schema.table, vector = schema.numbers(3),
   numbers = schema.list(finite, { expected = "a list of numbers" }),
   texts = schema.list(text, { expected = "a list of texts" }), hash = hash, part = part,
   file = schema.text("[%w_-]+%.json", "the name of a JSON file in this folder"),
@@ -220,53 +220,66 @@ function record_rules.robot_fields(facts)
   return fields
 end
 
+-- What an experiment has where the fields of `only` exist, in words.
+local ONLY = { islands = "islands", ages = 'the survival "age_fitness"',
+  self_adaptive = 'the mutation "self_adaptive"', descriptors = "an archive's descriptors",
+  objectives = "objectives", archive = "an archive", novelty = "a novelty archive" }
+
 -- ---- annotations and pages ----------------------------------------------------------------------
 
 local LUA_TYPES = { number = "number", finite = "number", whole = "integer", index = "integer",
   text = "string", switch = "boolean", any = "any", vector = "number[]", numbers = "number[]",
   texts = "string[]", hash = "string", part = "any[]", table = "table", list = "table[]",
-  spread = "limax.spread", diversity = "table" }
+  spread = "limax.spread", diversity = "table", body = "table", ["outcome[trials]"] = "table",
+  measures = "table<string, number>" }
 
---- The fields of a class for editors and help: "---@field best number largest, fitness".
+--- The fields of a class for editors and help: "---@field best number largest, fitness". Of fields
+--- of one name the first counts.
 ---@param ... table[] rows
 ---@return string[] lines
 function record_rules.annotations(...)
-  local lines = {}
+  local lines, seen = {}, {}
   for _, rows in ipairs { ... } do
     for _, each in ipairs(below(rows, "")) do
       local name, optional = type_of(each.row)
+      name = name:match "^S%w*%[?%w*%]?$" and "text" or name:match "^f8%[" and "numbers"
+        or name == "f8" and "number" or name:match "^[iu]8%[" and "numbers"
+        or name:match "^[iu]8" and "whole" or name
       local kind = name == "names" and "table<string, any>" or LUA_TYPES[name] or name
       local words = { each.row[3] ~= "" and each.row[3] or nil }
       if each.row.unit and each.row.unit ~= "1" then words[#words + 1] = each.row.unit end
-      lines[#lines + 1] = ("---@field %s%s %s %s"):format(each.name, optional and "?" or "", kind,
-        table.concat(words, ", ")):gsub("%s+$", "")
+      if not seen[each.name] then
+        lines[#lines + 1] = ("---@field %s%s %s %s"):format(each.name, optional and "?" or "",
+          kind, table.concat(words, ", ")):gsub("%s+$", "")
+      end
+      seen[each.name] = true
     end
   end
   return lines
 end
+
+-- What a type adds to a meaning.
+local PARTS = { spread = "see [Spread](#spread)", diversity = "see [Diversity](#diversity)" }
 
 --- A table of RUN_FOLDER.md: a line for each field.
 ---@param rows table[]
 ---@param in_array? boolean are these fields of an array, whose types are shown?
 ---@return string
 function record_rules.page(rows, in_array)
-  local lines = { in_array and "| field | type | unit | meaning |" or "| field | unit | meaning |",
+  local lines = { in_array and "| field | unit | meaning | type |" or "| field | unit | meaning |",
     in_array and "|---|---|---|---|" or "|---|---|---|" }
   for _, row in ipairs(rows) do
     local kind, optional = type_of(row)
-    local meaning, only = row[3], row.only and ("only with %s"):format(row.only:gsub("_", " "))
-    if kind == "spread" then
-      meaning = meaning .. (meaning ~= "" and "; " or "") .. "see [Spread](#spread)"
-    elseif kind == "diversity" then
-      meaning = meaning .. "; see [Diversity](#diversity)"
-    end
-    if optional and not in_array then
-      meaning = "*optional*" .. (meaning ~= "" and ": " .. meaning or "")
-    end
-    if only then meaning = meaning .. (meaning ~= "" and "; " or "") .. only end
-    lines[#lines + 1] = ("| `%s` |%s %s | %s |"):format(row[1],
-      in_array and (" `%s` |"):format((row[2]:gsub("%?", ""))) or "",
-      row.unit or "", meaning):gsub("  +", " ")
+    local words = { row[3] ~= "" and row[3] or PARTS[kind] }
+    if words[1] ~= PARTS[kind] then words[#words + 1] = PARTS[kind] end
+    words[#words + 1] = row.only and "only with " .. ONLY[row.only]
+    local meaning = table.concat(words, "; ")
+    if optional then meaning = "*optional*" .. (meaning ~= "" and ": " .. meaning or "") end
+    lines[#lines + 1] = ("| `%s%s` | %s | %s |%s"):format(row[1], kind == "objects" and "[]" or "",
+      row.unit or "", meaning, in_array and (" `%s` |"):format((row[2]:gsub("%?", ""))) or "")
+      :gsub("  +", " ")
+    -- padding
+    if row[1] == "reserved" then lines[#lines] = nil end
   end
   return table.concat(lines, "\n") .. "\n"
 end

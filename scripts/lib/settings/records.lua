@@ -11,9 +11,10 @@
 --- the engine's structs; `measures` has a number for each name.
 ---
 --- Types in JSON: `number` is at most 1e150, so that sums are finite; `finite` is any number;
---- `whole`, `text`, `switch` (true or false), `any`, `vector` (three numbers), `numbers`, `texts`;
---- `table` has the fields whose names begin with its own, `list` is a list of such tables, `names` a
---- table with any names (NAME in capitals); another word is a rule of record_rules.lua.
+--- `whole`, `text`, `switch` (true or false), `any`, `vector` (three numbers), `numbers`, `texts`,
+--- `objects` (a list); `table` has the fields whose names begin with its own, `list` is a list of
+--- such tables, `names` a table with any names (NAME in capitals); another word is a rule of
+--- record_rules.lua.
 
 local records = {}
 
@@ -47,10 +48,13 @@ records.robot = {
     only = "novelty" },
   { "entered", "i8?", "its place among the robots that entered the archive in this generation",
     unit = "1", by = "archive", only = "archive" },
-  { "cell", "i8?", "of the archive, if it entered: of a grid the first descriptor varies fastest, of"
-    .. " a CVT archive it is the place in `limax.archive.centres`; those of island 2 follow those of"
+  { "cell", "i8?", "of the archive, if it entered: of a grid the first descriptor varies"
+    .. " fastest, of"
+    .. " a CVT archive it is the place in `limax.archive.centres`; those of island 2 follow"
+    .. " those of"
     .. " island 1", unit = "1", by = "archive", only = "archive" },
-  { "cases", "f8[cases]?", "the cases that the fitness returned, for lexicase selection; the end of a"
+  { "cases", "f8[cases]?", "the cases that the fitness returned, for lexicase selection; the end"
+    .. " of a"
     .. " shorter list is NaN", unit = "as in the fitness", by = "score" },
   { "measures", "measures?", "the numbers that the fitness returned by name",
     unit = "as in the fitness", by = "score" },
@@ -71,7 +75,8 @@ records.body = {
 --- The struct limax_outcome.
 records.outcome = {
   { "status", "i4", "0 not simulated, 2 done, 3 invalid, 4 diverged", unit = "1" },
-  { "reason", "i4", "invalid: as the status of the body; diverged: 1 nonfinite, 2 speed, 3 stretch",
+  { "reason", "i4?", "invalid: as the status of the body; diverged: 1 nonfinite, 2 speed, 3"
+    .. " stretch",
     unit = "1" },
   { "step", "i8", "done since settling began", unit = "steps" },
   { "steps", "i8", "in all", unit = "steps" },
@@ -143,7 +148,8 @@ records.generation = {
     unit = "robots", by = "record" },
   { "failed", "table", "without a score, by cause", by = "record" },
   { "failed.invalid", "whole", "without a body that can be simulated", unit = "robots" },
-  { "failed.diverged", "whole", "whose simulation exceeded the bounds of speed or stretch, or became"
+  { "failed.diverged", "whole", "whose simulation exceeded the bounds of speed or stretch, or"
+    .. " became"
     .. " non-finite", unit = "robots" },
   { "failed.fitness", "whole", "whose fitness failed, or was not finite", unit = "robots" },
   { "champion", "table", "the best robot", by = "record" },
@@ -198,15 +204,18 @@ records.history = {
   { "population", "limax.population.scored", "its robots; without a folder only those of the last"
     .. " three generations have genomes" },
   { "ledger", "limax.ledger.line", "how it got its parameters" },
+  { "materials", "table", "that it was made of, as a material file holds them" },
 }
 
 --- How a generation got its parameters: a line of rNN/ledger.jsonl.
 records.ledger = {
   { "supervisor", "text", "its name, or `function`; for a replay `llm`", by = "supervise" },
-  { "source", "text?", "for `llm`, the source of the values: `model`, the fallback's name, `keep`, or"
+  { "source", "text?", "for `llm`, the source of the values: `model`, the fallback's name,"
+    .. " `keep`, or"
     .. " `held` (not asked, see `ask_every`)", by = "supervise" },
   { "reason", "text?", "the supervisor's explanation, or how it failed", by = "supervise" },
-  { "entries", "list", "none in generation 0; else one per field, and one per proposed field that is"
+  { "entries", "list", "none in generation 0; else one per field, and one per proposed field"
+    .. " that is"
     .. " unknown", by = "supervise" },
   { "entries[].field", "text", "`mutation_rate`, ..., `materials.MATERIAL.stiffness`, ..., or an"
     .. " unknown proposed field" },
@@ -233,7 +242,8 @@ records.timing = {
   { "seconds.simulate", "number", "that the host spent on it or waited for it; a GPU already steps"
     .. " while the files of the generation before are written", unit = "s" },
   { "seconds.fitness", "number", "the fitness, and what archive and survival measure", unit = "s" },
-  { "seconds.ranks", "number?", "on several ranks of `mpirun`: that rank 0 waited for the others and"
+  { "seconds.ranks", "number?", "on several ranks of `mpirun`: that rank 0 waited for the others"
+    .. " and"
     .. " exchanged scores with them; the other times are its own", unit = "s" },
   { "seconds.write", "number", "that the run waited for the files of earlier generations",
     unit = "s" },
@@ -244,7 +254,8 @@ records.timing = {
   { "supervision.clamped", "number?", "", unit = "1" },
   { "supervision.rate_limited", "number?", "", unit = "1" },
   { "supervision.rejected", "number?", "", unit = "1" },
-  { "supervision.fallen_back", "switch?", "for `llm` and `replay`: the values are not the model's" },
+  { "supervision.fallen_back", "switch?", "for `llm` and `replay`: the values are not the"
+    .. " model's" },
   { "supervision.asks", "whole?", "for `llm`: questions, second ones of a generation included",
     unit = "1" },
   { "supervision.attempts", "whole?", "requests sent for them", unit = "1" },
@@ -261,7 +272,8 @@ records.journal = {
     { "started", "text", "UTC, when a process began to write, as `2026-11-21T10:15:03Z`" },
     { "version", "text", "of limax" },
     { "commit", "text?", "that limax was built from" },
-    { "ranks", "whole?", "of `mpirun`, where there were several; `machine` and `device` are those of"
+    { "ranks", "whole?", "of `mpirun`, where there were several; `machine` and `device` are"
+    .. " those of"
       .. " rank 0", unit = "1" },
     { "config", "file", "the configuration from here on" },
     { "config_hash", "hash", "of its text" },
@@ -307,17 +319,19 @@ records.journal = {
     { "generation", "whole", "from 0", unit = "1" },
     { "scored_by", "hash", "of all that affects the scores" },
     { "evaluations", "whole", "in this repetition up to here", unit = "robots" },
-    { "recent", "switch?", "true: its robots and genomes are removed after three more generations" },
+    { "recent", "switch?", "true: its robots and genomes are removed after three more"
+    .. " generations" },
     { "files", "table", "size in bytes and hash of each file" },
-    { "files.robots", "part?", "`rNN/robots/gNNNN.npy`; absent in a converted run" },
-    { "files.genomes", "part?", "`rNN/genomes/gNNNN.npy`; likewise" },
+    { "files.robots", "part", "`rNN/robots/gNNNN.npy`" },
+    { "files.genomes", "part", "`rNN/genomes/gNNNN.npy`" },
     { "files.champion", "part", "`rNN/champions/gNNNN.json`" },
     { "files.matrix", "part?", "`rNN/B.npy`, in generation 0" },
     { "lines", "table", "end of the generation's line in each growing file, bytes, and its hash" },
     { "lines.metrics", "part", "" },
     { "lines.ledger", "part", "" },
     { "lines.timing", "part", "" },
-    { "transcript", "whole?", "size of `transcript.jsonl` when the generation ended, which only grows",
+    { "transcript", "whole?", "size of `transcript.jsonl` when the generation ended, which only"
+    .. " grows",
       unit = "bytes" },
     { "state", "any?", "of the experiment's functions, as the scores left it" },
   },
@@ -344,7 +358,8 @@ records.run = {
     .. " of simulated robots", unit = "robots" },
   { "repetitions", "repetitions", "of the whole evolution", unit = "repetitions" },
   { "genome", "any", "see [REFERENCE.md](REFERENCE.md#fields-of-an-experiment)" },
-  { "breeding", "any", "see [REFERENCE.md](REFERENCE.md#fields-of-an-experiment); the initial values,"
+  { "breeding", "any", "see [REFERENCE.md](REFERENCE.md#fields-of-an-experiment); the initial"
+    .. " values,"
     .. " which a supervisor may change" },
   { "fitness", "choice", "see [Choice](#choice)" },
   { "selection", "choice", "see [Choice](#choice)" },
@@ -353,14 +368,17 @@ records.run = {
   { "archive", "choice?", "see [Choice](#choice)" },
   { "state", "choice?", "see [Choice](#choice)" },
   { "islands", "any?", "see [REFERENCE.md](REFERENCE.md#fields-of-an-experiment)" },
-  { "trials", "any?", "see [Trials](#trials); for a function of the script, its record as in"
+  { "trials", "objects?", "see [Trials](#trials); for a function of the script, its record as in"
     .. " [Choice](#choice)" },
   { "supervision", "any", "see [REFERENCE.md](REFERENCE.md#fields-of-an-experiment); `ranges` only"
     .. " where the experiment has them" },
   { "materials", "any", "see [Materials](#materials)" },
-  { "scene", "any", "see [REFERENCE.md](REFERENCE.md#fields-of-an-experiment), and [Scene](#scene)" },
+  { "scene", "any", "see [REFERENCE.md](REFERENCE.md#fields-of-an-experiment), and"
+    .. " [Scene](#scene)" },
   { "simulation", "simulation", "see [REFERENCE.md](REFERENCE.md#fields-of-an-experiment)" },
-  { "record", "traces", "see [REFERENCE.md](REFERENCE.md#fields-of-an-experiment); 0 for none. Traces"
+  { "simulation.accuracy", "text", "the tier: `preview`, `evolve`, `publish`, `reference`" },
+  { "record", "traces", "see [REFERENCE.md](REFERENCE.md#fields-of-an-experiment); 0 for none."
+    .. " Traces"
     .. " are not stored" },
   { "record_population", "kept?", "the experiment's `record.population`, where it is not `all`" },
   { "not_in_paper", "texts?", "choices that are not from the paper, as the script states them" },

@@ -62,7 +62,7 @@ function tiers.measured(device)
     machine = host.environment() }
 end
 
---- The same for a session of a run folder's environment.json.
+--- The same for a process that wrote a run folder: a line `begin` of its journal.
 ---@return table<string, limax.tiers.measured>|nil
 function tiers.measured_in(session)
   if not (session.device and session.machine and session.version) then return nil end

@@ -2,6 +2,8 @@
 --- nothing that it assigns changes the run, and a misspelt name is an error.
 
 local fault = require "limax.engine.fault"
+local record_rules = require "limax.settings.record_rules"
+local records = require "limax.settings.records"
 local source = require "limax.base.source"
 local strict = require "limax.engine.strict"
 
@@ -10,12 +12,10 @@ local shown = {}
 -- The key of the entry that a view shows.
 local ENTRY = {}
 
--- Fields of limax.generation, which an entry may lack; any other name must be in the entry.
+-- Fields that an entry may lack; any other name must be in the entry.
 local KNOWN = {}
-for name in ([[repetition generation population parameters materials ledger best best_standard mean
-    median worst quantiles measures diversity failed coarse scored evaluations supervisor_failed
-    champion islands archive front novelty age]]):gmatch "%S+" do
-  KNOWN[name] = true
+for _, rows in ipairs { records.history, records.generation } do
+  for _, name in ipairs(record_rules.names(rows)) do KNOWN[name] = true end
 end
 
 local function unknown_parameter(parameters)

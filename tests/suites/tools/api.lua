@@ -92,8 +92,8 @@ suite:test("tables that public names mention have their fields listed", function
     t:ok(entry[field.name] ~= nil, "a generation has no " .. field.name)
   end
   for _, key in ipairs(choice.sorted_keys(entry)) do
-    t:ok(fields[key], ("history[n].%s is not described: add it to limax.generation in"
-      .. " scripts/lib/run/history.lua and to scripts/RUN_FOLDER.md"):format(key))
+    t:ok(fields[key], ("history[n].%s is not described: add it to scripts/lib/settings/records.lua")
+      :format(key))
   end
 end)
 
@@ -217,10 +217,12 @@ suite:test("words that a comment lists are those that the code takes", function(
   for word in types.accuracy:gmatch '"(%w+)"' do t:ok(defaults.tiers[word], word) end
 end)
 
-suite:test("the generated page is up to date", function(t)
-  local page = require "limax.tools.reference.page"
-  t:ok(source.read(host.home .. "/" .. page.path) == page.text(),
-    page.path .. " is out of date: run limax scripts/dev/reference.lua")
+suite:test("the generated pages are up to date", function(t)
+  for _, name in ipairs { "page", "run_folder_page" } do
+    local page = require("limax.tools.reference." .. name)
+    t:ok(source.read(host.home .. "/" .. page.path) == page.text(),
+      page.path .. " is out of date: run limax scripts/dev/reference.lua")
+  end
 end)
 
 suite:test("the stub for editors is Lua, and every type in it is defined", function(t)

@@ -12,6 +12,8 @@ local ledger = require "limax.supervise.ledger"
 local limax = require "limax"
 local npy = require "limax.base.npy"
 local process = require "support.process"
+local reader = require "limax.run.reader"
+local sealed = require "limax.base.sealed"
 local source = require "limax.base.source"
 
 local suite = require("limax.test").suite "documentation"
@@ -99,7 +101,7 @@ local function client(options, context)
 end
 return limax.experiment {
   name = "talk", lattice = { 2, 2, 2 }, population = 4, generations = 4, repetitions = 1,
-  simulation = { duration = 0.1, settle = 0 }, record = { population = "columns" },
+  simulation = { duration = 0.1, settle = 0 },
   fitness = "distance",
   supervision = { materials = true }, supervisor = { "llm", client = client, fallback = "fixed" },
 }
@@ -124,6 +126,8 @@ local function real_runs(t)
   -- resumed with a speed limit that fast bodies exceed
   run_script(t, base, "rich", RICH:gsub("SPEED", "1"),
     { "--resume", "rich", "--changed", "--set", "generations=6" }, 0)
+  -- a cut, and less than what is there
+  completes(t, base, { "run", "--resume", "rich", "--from", "4", "-q" })
   run_plain(t, base)
   run_script(t, base, "wrong", PLAIN:gsub("FITNESS", "function() return {} end"),
     { "wrong.lua", "--out", "wrong" }, 1)
@@ -154,9 +158,20 @@ local function listed_as(name)
 end
 
 -- The headings of the objects that are compared.
-local OBJECTS = { "config.json", "environment.json", "metrics.jsonl", "ledger.jsonl",
-  "timing.jsonl", "Attempt", "Decision", "population/gNNNN.jsonl", "champions/gNNNN.json",
-  "archive/gNNNN.jsonl", "checkpoint", "STATUS" }
+local OBJECTS = { "config.json", "metrics.jsonl", "ledger.jsonl", "timing.jsonl", "Attempt",
+  "Decision", "champions/gNNNN.json", "Journal: begin", "Journal: generation", "Journal: cut",
+  "Journal: end" }
+
+-- Compares the lines of a journal with the sections of their kinds.
+local function compare_journal(t, text, trees)
+  for row in text:gmatch "[^\n]+" do
+    local line = assert(sealed.open(row))
+    local kind = line.kind
+    -- whatever the script keeps
+    line.kind, line.state = nil, line.state and true
+    field_page.compare(t, line, trees["Journal: " .. kind])
+  end
+end
 
 suite:test("a run folder has the files and fields of the page", function(t)
   local sections, trees, objects = field_page.read(), {}, 0
@@ -171,6 +186,9 @@ suite:test("a run folder has the files and fields of the page", function(t)
       local heading = listed:gsub("^rNN/", ""):gsub("^config%-N", "config")
       if listed == "transcript.jsonl" then
         field_page.compare_transcript(t, source.read(folders[run] .. "/" .. name), trees)
+      end
+      if listed == "journal.jsonl" then
+        compare_journal(t, source.read(folders[run] .. "/" .. name), trees)
       end
       if trees[heading] then
         local text = source.read(folders[run] .. "/" .. name)
@@ -258,19 +276,16 @@ suite:test("genomes and champions are as the page describes them", function(t)
   local champion = folder .. "/r02/champions/g0001.json"
   local again = limax.robot(champion):simulate().record.outcome
   t:same_bits(again, host.json.decode(source.read(champion)).outcome)
-  local lines = select(2, source.read(folder .. "/r02/population/g0001.jsonl"):gsub("\n", ""))
-  local genomes = npy.decode(source.read(folder .. "/r02/population/g0001.npy"))
+  local robots = reader.read(folder):rows(2, 1)
+  local genomes = npy.decode(source.read(folder .. "/r02/genomes/g0001.npy"))
   -- 2 x 16 inputs, two layers of 32, 5 materials and 3 weights
   local length = 33 * 32 + 33 * 32 + 33 * 8
-  t:equal(genomes.shape, { lines, length })
+  t:equal(genomes.shape, { robots.count, length })
   -- the champion's weights from B and its genome; its corners are at -1 and 1
   local b, robot = npy.decode(source.read(folder .. "/r02/B.npy")), limax.robot(champion):table()
   t:equal({ b.kind, b.shape }, { "<f8", { 16, 3 } })
   local place, rows, numbers, all = 0, {}, npy.numbers(b), npy.numbers(genomes)
-  for line in source.read(folder .. "/r02/population/g0001.jsonl"):gmatch "[^\n]+" do
-    if host.json.decode(line).id == robot.id then break end
-    place = place + 1
-  end
+  while robots[place + 1].id ~= robot.id do place = place + 1 end
   for k = 1, 16 do rows[k] = { numbers[3 * k - 2], numbers[3 * k - 1], numbers[3 * k] } end
   local genes = { unpack(all, place * length + 1, (place + 1) * length) }
   for z = 1, 2 do for y = 1, 2 do for x = 1, 2 do

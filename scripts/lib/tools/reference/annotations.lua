@@ -1,6 +1,8 @@
 --- annotations.lua: the LuaLS comments of limax's Lua files as tables.
 
 local host = require "limax.host"
+local record_rules = require "limax.settings.record_rules"
+local records = require "limax.settings.records"
 local source = require "limax.base.source"
 
 local annotations = {}
@@ -136,6 +138,13 @@ end
 ---@field classes table<string, limax.api.class>
 ---@field aliases table<string, string[]> comments, by the name of the alias
 
+-- Adds the fields of tables of settings/records.lua, whose names follow "---@fields".
+local function add_declared(lines, names)
+  local tables = {}
+  for name in names:gmatch "%S+" do tables[#tables + 1] = assert(records[name], name) end
+  for _, line in ipairs(record_rules.annotations(unpack(tables))) do lines[#lines + 1] = line end
+end
+
 local read = {}
 
 --- The comments of a file of this installation.
@@ -147,7 +156,10 @@ function annotations.of(path)
   local lines = {}
   for line in (assert(source.read(host.home .. "/" .. path)) .. "\n"):gmatch "([^\n]*)\n" do
     local bare = line:gsub("^%s+", "")
-    if bare:match "^%-%-%-[^-]" or bare == "---" then
+    local tables = bare:match "^%-%-%-@fields%s+(.*)$"
+    if tables then
+      add_declared(lines, tables)
+    elseif bare:match "^%-%-%-[^-]" or bare == "---" then
       lines[#lines + 1] = bare
     else
       local name, arguments = bare:match "^function%s+([%w_%.:]+)%s*(%b())"

@@ -1,13 +1,13 @@
 --- evolve.lua: evolves some generations at the prompt, with a line for each.
 
 local engine = require "limax.engine"
+local evolution = require "limax.evolution.evolve"
 local experiment = require "limax.experiment.experiment"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
 local names = require "limax.tools.repl.names"
 local output = require "limax.base.output"
 local schema = require "limax.engine.schema"
-local start = require("limax.evolution.evolve").start
 
 local evolve = {}
 
@@ -22,7 +22,7 @@ local function run_of(what)
   if type(what) ~= "table" then
     schema.refuse("evolve", "an experiment, its fields or a run", what)
   end
-  return start(experiment.is(what) and what or experiment.new(what))
+  return evolution.start(experiment.is(what) and what or experiment.new(what))
 end
 
 -- Runs generations and prints a line for each.
@@ -31,13 +31,14 @@ local function advance(run, generations)
   for done = 1, generations do
     local began = host.clock()
     -- a generation that Ctrl-C interrupted is finished first
-    local robots = run.upcoming == nil and run.population or next_robots()
+    local now = run.population
+    local robots = now and not now.entry and now or next_robots()
     if not robots then
       if done == 1 then output.write("the run has ended\n") end
       break
     end
-    robots:simulate():score():breed()
-    local entry = run.history[#run.history]
+    robots:simulate():score()
+    local entry = evolution.record(run, robots)
     output.write(("generation %d: best %.4g, mean %.4g, %d of %d scored, %.2f s\n"):format(
       entry.generation, entry.best, entry.mean, entry.scored, #robots, host.clock() - began))
     io.flush()
