@@ -8,7 +8,7 @@ local suite = require("limax.test").suite "rooms"
 
 -- From the ground up. limax.lua is what `require "limax"` gives, main.lua the command line.
 local ROOMS = { "bindings/engine/", "scripts/lib/base/", "scripts/lib/settings/",
-  "scripts/lib/robot/", "scripts/lib/supervise/", "scripts/lib/experiment/", "scripts/lib/run/",
+  "scripts/lib/robot/", "scripts/lib/run/", "scripts/lib/supervise/", "scripts/lib/experiment/",
   "scripts/lib/evolution/", "scripts/lib/draw/", "scripts/lib/limax.lua", "scripts/lib/tools/",
   "scripts/commands/", "scripts/lib/main.lua" }
 

@@ -27,6 +27,9 @@ local function newcomers(history)
   return list
 end
 
+-- The rows of the archive after the last generation.
+local function rows_of(history) return history[#history].population.remembered.rows end
+
 local GRID = { "grid", cells = 3, qd_offset = -1, descriptors = { "muscle_share",
   { height, name = "height", range = { 1.2, 1.8 }, cells = 2 } } }
 
@@ -44,7 +47,7 @@ suite:test("a grid keeps the best robot of each cell, clamped to its range", fun
   for cell, record in pairs(best) do
     filled, score, top = filled + 1, score + record.fitness + 1, math.max(top, record.fitness)
     local found = false
-    for _, row in ipairs(history[#history].population.remembered.rows) do
+    for _, row in ipairs(rows_of(history)) do
       if row.cell == cell then
         t:equal({ row.id, row.fitness }, { record.id, record.fitness })
         found = true
@@ -103,8 +106,8 @@ suite:test("a CVT keeps the best robot of the nearest centre, and spreads its ce
     if not best[nearest] or record.fitness > best[nearest].fitness then best[nearest] = record end
   end
   for _ in pairs(best) do filled = filled + 1 end
-  t:equal(#history[#history].population.remembered.rows, filled)
-  for _, row in ipairs(history[#history].population.remembered.rows) do t:equal(row.id, best[row.cell].id) end
+  t:equal(#rows_of(history), filled)
+  for _, row in ipairs(rows_of(history)) do t:equal(row.id, best[row.cell].id) end
   -- no two of 50 centres are closer than half of what even squares would have
   centres = limax.archive.centres(50, 2)
   for i = 1, #centres do
@@ -135,7 +138,7 @@ suite:test("novelty is the mean distance to the nearest of archive and populatio
   local history = finished { generations = 5, population = 10,
     archive = { "novelty", descriptors = SHARES, k = 3, threshold = 0.05 },
     survival = { "novelty", share = 0.5 } }
-  local rows, kept = {}, history[#history].population.remembered.rows
+  local rows, kept = {}, rows_of(history)
   for k, entry in ipairs(history) do
     local others, scored = { unpack(rows) }, {}
     for i = 1, #entry.population do
@@ -168,7 +171,7 @@ suite:test("robots enter a novelty archive at random, and the oldest leave it", 
   local history = finished { archive = { "novelty", descriptors = SHARES, add = 2, capacity = 5 },
     generations = 4, population = 8 }
   local generations = {}
-  for k, row in ipairs(history[#history].population.remembered.rows) do generations[k] = row.generation end
+  for k, row in ipairs(rows_of(history)) do generations[k] = row.generation end
   t:equal(generations, { 1, 2, 2, 3, 3 })
 end)
 

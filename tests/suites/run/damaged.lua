@@ -69,7 +69,8 @@ suite:test("a pipe in a folder is named, and does not stop limax list", { limit 
   t:ok(done.stdout:find "good +done" and done.stdout:find "bad1 +damaged", done.stdout)
   t:ok(done.stderr:find("bad1/r01/metrics.jsonl is a link, or no regular file", 1, true),
     done.stderr)
-  process.fails(t, base, 2, { "run", "--resume", "bad2" }, "bad2/journal.jsonl is a link, or no regular file")
+  process.fails(t, base, 2, { "run", "--resume", "bad2" },
+    "bad2/journal.jsonl is a link, or no regular file")
 end)
 
 suite:test("a link in a folder is refused by every command", { limit = 60 }, function(t)

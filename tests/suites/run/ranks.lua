@@ -136,7 +136,8 @@ test("a run that loses a rank ends, and resumes to the same bytes", { limit = 24
     completes(0, t, folder, "run", "tiny.lua", "-q", "--set", "generations=200", "--out", "whole")
     local random = engine.random(7, 1, "user", 1, 1)
     local function lines()
-      return select(2, process.read(folder .. "/lossy/journal.jsonl"):gsub('"kind":"generation"', ""))
+      local text = process.read(folder .. "/lossy/journal.jsonl")
+      return select(2, text:gsub('"kind":"generation"', ""))
     end
     for k, loss in ipairs(LOSSES) do
       local what, before = ("signal %d, %s"):format(k, loss[1]), lines()

@@ -4,6 +4,7 @@
 local arms = require "limax.tools.report.arms"
 local curves = require "limax.tools.report.curves"
 local evolution = require "support.evolution"
+local forged = require "support.forged"
 local host = require "limax.host"
 local measures = require "limax.tools.compare.measures"
 local limax = require "limax"
@@ -97,34 +98,37 @@ return limax.experiment { name = "own", lattice = { 2, 2, 2 }, population = 4, g
   end
   host.file.remove(base .. "/executed")
   local function refused(text, ...)
-    process.fails(t, base, 2, { "compare", "r1", "r2", ... }, text)
+    process.fails(t, base, 2, ... and { ... } or { "compare", "r1", "r2" }, text)
     t:ok(not host.file.exists(base .. "/executed"), text)
   end
-  refused "r1: its fitness is a function of its script, which scores the champions again, and a "
-  local done = process.completes(t, base, { "compare", "r1", "r2", "--trust", "--json" })
+  local done = process.completes(t, base, { "compare", "r1", "r2", "--json" })
   local compared = host.json.decode(done.stdout).arms
   t:equal({ compared[1].runs[1].outcome, compared[2].runs[1].outcome }, { 7, 8 })
 
-  host.file.remove(base .. "/executed")
-  for _, trust in ipairs { false, "--trust" } do
-    process.completes(t, base, { "report", "r1", "r2", "--out", "x.html", trust or nil })
-    t:equal(host.file.exists(base .. "/executed"), trust and "file" or nil)
-    local refusal = process.read(base .. "/x.html"):find("allow it with --trust", 1, true)
-    t:equal(refusal == nil, trust ~= false)
+  -- with the key of another user nothing runs, and the report says why
+  local other = { before = ("LIMAX_KEY_FILE=%s/other.key"):format(base) }
+  for _, own in ipairs { true, false } do
+    host.file.remove(base .. "/executed")
+    done = process.ends(base, { "report", "r1", "r2", "--out", "x.html" }, own and {} or other)
+    t:equal({ done.status, host.file.exists(base .. "/executed") }, { 0, own and "file" or nil })
+    local refusal = process.read(base .. "/x.html"):find("trust it: limax trust r1", 1, true)
+    t:equal(refusal == nil, own)
   end
   host.file.remove(base .. "/executed")
   write("r1/scripts/helper.lua", "return { value = 1000 }")
   refused("r1/scripts/helper.lua is not the script that ran: its SHA-256 differs from "
-    .. "r1/config.json: run.scripts[1].sha256", "--trust")
+    .. "r1/config.json: run.scripts[1].sha256")
   write("r1/scripts/helper.lua", "return { value = 7 }")
   local config = process.read(base .. "/r1/config.json")
-  for _, name in ipairs { "../../own.lua", "/own.lua" } do
-    process.write(base .. "/r1/config.json", (config:gsub('"own.lua"', '"' .. name .. '"')))
-    refused("r1/config.json: run.scripts[2].file: expected a file below scripts/", "--trust")
+  local function forge(from, to)
+    forged.text(base .. "/r1", "config.json", function() return (config:gsub(from, to)) end)
   end
-  process.write(base .. "/r1/config.json",
-    (config:gsub('"script": "own.lua"', '"script": "../../own.lua"')))
-  refused("r1/config.json: run.script: expected one of the files of run.scripts", "--trust")
+  forge('"own.lua"', '"../../own.lua"')
+  refused "r1/config.json was changed since it was sealed"
+  for _, name in ipairs { "../../own.lua", "/own.lua" } do
+    forge('"own.lua"', '"' .. name .. '"')
+    refused("run.scripts[2].file: expected a file below scripts/", "trust", "--yes", "r1")
+  end
 end)
 
 suite:test("other questions and budgets are refused with the fields that differ", function(t)
@@ -147,8 +151,9 @@ suite:test("other questions and budgets are refused with the fields that differ"
   t:raises("are the same: arm fixed, seed 1, repetition 1", function()
     arms.group(runs.read { twice, twice })
   end)
-  assert(host.file.write_atomic(twice .. "/STATUS", '{"state":"interrupted"}\n'))
-  t:raises("is not done (interrupted)", function() runs.read { twice } end)
+  local text = process.read(twice .. "/journal.jsonl")
+  process.write(twice .. "/journal.jsonl", (text:gsub("[^\n]*\n$", "")))
+  t:raises("is not done (stopped)", function() runs.read { twice } end)
 end)
 
 suite:test("arms with the same supervisor are named by the fields that differ", function(t)

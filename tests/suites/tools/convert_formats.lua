@@ -218,7 +218,7 @@ suite:test("CSV of a run", function(t)
   python(t, folder, {}, [==[
 import csv, json
 rows = list(csv.DictReader(open("metrics.csv", newline="")))
-lines = [json.loads(line) for line in open("run/r01/metrics.jsonl")]
+lines = [json.loads(line) for r in (1, 2) for line in open("run/r%02d/metrics.jsonl" % r)]
 assert len(rows) == len(lines) == 6
 def check(value, name, row):
     if isinstance(value, dict):
@@ -249,8 +249,8 @@ suite:test("TensorBoard's events of a run", function(t)
 import calendar, crcmod.predefined, glob, json, re, struct, subprocess, time
 crc = crcmod.predefined.mkPredefinedCrcFun("crc-32c")
 masked = lambda b: ((crc(b) >> 15 | crc(b) << 17) + 0xa282ead8) & 0xffffffff
-lines = [json.loads(line) for line in open("run/r01/metrics.jsonl")]
-timing = [json.loads(line) for line in open("run/r01/timing.jsonl")]
+lines = [json.loads(line) for r in (1, 2) for line in open("run/r%02d/metrics.jsonl" % r)]
+timing = [json.loads(line) for r in (1, 2) for line in open("run/r%02d/timing.jsonl" % r)]
 for repetition in 1, 2:
     path, = glob.glob("board.tensorboard/r%02d/*.tfevents.*" % repetition)
     rest, events = open(path, "rb").read(), []

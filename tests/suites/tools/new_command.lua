@@ -1,5 +1,6 @@
 --- new_command.lua: `limax new` writes files that run unchanged, and overwrites nothing.
 
+local reader = require "limax.run.reader"
 local host = require "limax.host"
 local process = require "support.process"
 local source = require "limax.base.source"
@@ -19,8 +20,7 @@ suite:test("an experiment that runs", { limit = 60 }, function(t)
   local run = limax(folder, "run", "my_walk.lua", "-q", "--set", "population=8", "--set",
     "generations=2", "--set", "simulation.duration=0.4")
   t:ok(run.status == 0, run.stderr)
-  local status = host.json.decode(source.read(folder .. "/runs/my_walk-1/STATUS"), "STATUS")
-  t:equal(status.state, "done")
+  t:equal(reader.read(folder .. "/runs/my_walk-1").journal:state(), "done")
 end)
 
 suite:test("a suite that passes once its goldens are recorded", { limit = 60 }, function(t)

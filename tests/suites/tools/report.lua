@@ -114,7 +114,7 @@ suite:test("a curve ends with the first repetition that ends, bands are left out
     local function arm(name, state, ...)
       local made = { name = name, runs = {} }
       for k, values in ipairs { ... } do
-        made.runs[k] = { status = { state = state }, lines = {} }
+        made.runs[k] = { state = state, lines = {} }
         for g, value in ipairs(values) do
           made.runs[k].lines[g] = { generation = g - 1, best = value }
         end
@@ -270,16 +270,15 @@ suite:test("a run in progress is reported and listed", { limit = 20 }, function(
   local base = t:folder()
   run(base .. "/runs/half", { supervisor = "random" })
   local folder = base .. "/runs/half"
-  local text = source.read(folder .. "/r01/metrics.jsonl")
-  -- as a writer leaves it in the middle of its third line
-  assert(host.file.write_atomic(folder .. "/r01/metrics.jsonl",
-    text:match "^[^\n]*\n[^\n]*\n" .. '{"repetition": 1, "gen'))
-  assert(host.file.write_atomic(folder .. "/STATUS", '{"state": "running"}'))
+  -- as a process leaves its journal that was killed in the middle of its third generation
+  local text = source.read(folder .. "/journal.jsonl")
+  assert(host.file.write_atomic(folder .. "/journal.jsonl",
+    text:match "^[^\n]*\n[^\n]*\n[^\n]*\n" .. '{"hash":"0123'))
   run(base .. "/runs/whole", { supervisor = "fixed", seed = 7 })
   report(t, base, { "runs/half", "--no-robots", "--out", "half.html" })
   t:equal(#charts_of(source.read(base .. "/half.html"))[1].curves[1].points, 2)
   local done = process.completes(t, base, { "list" })
-  t:ok(done.stdout:find "runs/half +running +random +1 +1 +2/3 ", done.stdout)
+  t:ok(done.stdout:find "runs/half +stopped +random +1 +1 +2/3 ", done.stdout)
   t:ok(done.stdout:find "runs/whole +done +fixed +7 +1 +3/3 ", done.stdout)
 end)
 

@@ -4,12 +4,14 @@
 local csv = require "limax.base.csv"
 local evolution = require "support.evolution"
 local failure = require "limax.base.failure"
+local forged = require "support.forged"
 local host = require "limax.host"
 local inline = require "limax.draw.chart.inline"
 local page = require "limax.tools.report.page"
 local process = require "support.process"
 local runs = require "limax.tools.report.runs"
 local source = require "limax.base.source"
+local study_file = require "limax.run.study_file"
 
 local suite = require("limax.test").suite "report_foreign"
 
@@ -19,19 +21,11 @@ local function run(folder, fields)
   return evolution.run(folder, fields)
 end
 
--- Changes a file, line by line up to `most` lines or as a whole.
-local function rewrite(path, change, most)
-  local text = source.read(path)
-  if path:match "%.jsonl$" then
-    text = text:gsub("[^\n]+", function(line)
-      local value = host.json.decode(line)
-      return host.json.encode(change(value) or value)
-    end, most)
-  else
-    local value = host.json.decode(text)
-    text = host.json.encode(change(value) or value)
-  end
-  assert(host.file.write_atomic(path, text))
+-- Changes the object of a JSON file.
+local function rewrite(path, change)
+  local value = host.json.decode(source.read(path))
+  change(value)
+  assert(host.file.write_atomic(path, host.json.encode(value)))
 end
 
 -- A field of a file set to something else, or taken away where `value` is nil.
@@ -45,18 +39,18 @@ end
 
 -- A file of a run folder, a field of its first line or of the whole, a wrong value, and what the
 -- message says after the file's name.
+local METRICS = "r01/metrics.jsonl"
 local DAMAGE = {
-  { "metrics.jsonl", "best", "x", ", line 1: best: expected a number from -1e+150 to 1e+150" },
-  { "metrics.jsonl", "champion.id", {}, ", line 1: champion.id: expected a whole number" },
-  { "metrics.jsonl", "parameters", nil, ", line 1: parameters: is missing; expected a table" },
-  { "metrics.jsonl", "generation", 5, ", line 1: generation: expected 0, the next one of" },
-  { "ledger.jsonl", "entries", { { field = 5 } }, ", line 1: entries[1].field: expected a text" },
-  { "timing.jsonl", "seconds.simulate", "1", ", line 1: seconds.simulate: expected a number" },
+  { METRICS, "best", "x", ", line 1: best: expected a number from -1e+150 to 1e+150" },
+  { METRICS, "champion.id", {}, ", line 1: champion.id: expected a whole number" },
+  { METRICS, "parameters", nil, ", line 1: parameters: is missing; expected a table" },
+  { METRICS, "generation", 5, ", line 1: generation: expected 0 of repetition 1" },
+  { "r01/ledger.jsonl", "entries", { { field = 5 } },
+    ", line 1: entries[1].field: expected a text" },
+  { "r01/timing.jsonl", "seconds.simulate", "1",
+    ", line 1: seconds.simulate: expected a number" },
   { "config.json", "generations", "x", ": generations: expected a whole number from 1" },
   { "config.json", "fitness", { 1 }, ": fitness: expected a name, or a table with" },
-  { "STATUS", "state", "done\27[31m", ': state: expected one of "running"' },
-  { "environment.json", "sessions", { 3 }, ": sessions[1]: expected a table, got 3" },
-  { "r01/population/g0001.jsonl", "body", 3, ", line 1: body: expected a table, got 3" },
 }
 
 suite:test("a damaged field ends a command with file, line and field", { limit = 60 }, function(t)
@@ -67,7 +61,7 @@ suite:test("a damaged field ends a command with file, line and field", { limit =
     local folder = ("%s/%d"):format(base, k)
     assert(os.execute(("cp -r %s/whole %s"):format(process.quote(base),
       process.quote(folder))) == 0)
-    rewrite(folder .. "/" .. file, setter(field, value), 1)
+    forged.object(folder, file, setter(field, value))
     local _, caught = failure.attempt(function()
       return page.text(runs.read_all { folder }, { robots = true })
     end)
@@ -86,12 +80,16 @@ suite:test("a damaged run is listed as damaged, with the reason", { limit = 20 }
   local base = t:folder()
   run(base .. "/good")
   run(base .. "/spoiled")
-  assert(host.file.write_atomic(base .. "/spoiled/metrics.jsonl", "{]\n"))
+  forged.text(base .. "/spoiled", METRICS, function(text) return (text:gsub("^{", "[")) end)
   local done = process.ends(base, { "list", base })
   t:equal(done.status, 0)
   t:ok(done.stdout:find "/spoiled +damaged" and done.stdout:find "/good +done", done.stdout)
-  local reason = ("limax: %s/spoiled/metrics.jsonl, line 1: column"):format(base)
+  local reason = ("limax: %s/spoiled/r01/metrics.jsonl, line 1: column"):format(base)
   t:ok(done.stderr:find(reason, 1, true), done.stderr)
+  done = process.ends(base, { "list", "--check", base })
+  -- its bytes are those that the journal names
+  t:equal(done.status, 0)
+  assert(host.file.write_atomic(base .. "/spoiled/" .. METRICS, "{]\n"))
   done = process.ends(base, { "list", "--check", base })
   t:equal({ done.status, done.stderr }, { 1, "limax: 1 of 2 run folders is damaged\n" })
   t:ok(done.stdout:find "/spoiled is damaged" and done.stdout:find "/good: 3", done.stdout)
@@ -150,12 +148,12 @@ end)
 suite:test("a study in progress is reported", { limit = 20 }, function(t)
   local base = t:folder()
   run(base .. "/a")
-  assert(host.file.write_atomic(base .. "/study.json", host.json.encode { runs = {
-    { path = "a", arm = "first", tuning_evaluations = 5 }, { path = "b", arm = "second" } } }))
+  study_file.write(base, { runs = { { path = "a", arm = "first", tuning_evaluations = 5 },
+    { path = "b", arm = "second" } } })
   local folders = runs.read_all { base .. "/" }
   t:equal(#folders, 1)
   t:equal({ folders[1].runs[1].arm, folders[1].runs[1].before }, { "first", 5 })
-  assert(host.file.write_atomic(base .. "/study.json", '{"runs": [3]}'))
+  study_file.write(base, { runs = { 3 } })
   t:raises("study.json: runs[1]: expected a table, got 3", function() runs.read_all { base } end)
 end)
 
@@ -176,7 +174,7 @@ suite:test("a file that cannot be written is reported", { limit = 20 }, function
   run(base .. "/r")
   assert(host.file.mkdir(base .. "/r/r01.html"))
   for _, words in ipairs { { "report", "r", "--no-robots", "--out", "r/r01.html" },
-    { "report", "r", "--no-robots", "--figures", "r/STATUS/x" },
+    { "report", "r", "--no-robots", "--figures", "r/config.json/x" },
     { "picture", "r", "--out", "none/x.mp4" } } do
     local done = process.fails(t, base, 1, words)
     t:ok(done.stderr:match "^limax: [^\n]+\n$", done.stderr)

@@ -3,6 +3,7 @@
 local evolution = require "support.evolution"
 local host = require "limax.host"
 local process = require "support.process"
+local reader = require "limax.run.reader"
 local source = require "limax.base.source"
 
 local suite = require("limax.test").suite "report, search"
@@ -18,28 +19,19 @@ local function chart_named(page, title)
   end
 end
 
--- The robots of an archive with cells, as its files give them: id and letters by text.
+-- The robots of an archive with cells, as its arrays give them, and their letters by text.
 local function robots_in(folder, generations)
-  local by_cell, rows, by_text = {}, {}, {}
+  local by_cell, robots, by_text = {}, {}, {}
   for generation = 0, generations - 1 do
-    local robots = {}
-    for line in source.read(("%s/r01/population/g%04d.jsonl"):format(folder, generation))
-      :gmatch "[^\n]+" do
-      robots[#robots + 1] = host.json.decode(line)
-    end
-    for line in source.read(("%s/r01/archive/g%04d.jsonl"):format(folder, generation))
-      :gmatch "[^\n]+" do
-      local row = host.json.decode(line)
-      row.robot = robots[row.index]
-      by_cell[row.cell] = row
+    for _, row in ipairs(reader.read(folder):rows(1, generation)) do
+      if row.entered then by_cell[row.cell] = row end
     end
   end
   for _, row in pairs(by_cell) do
-    rows[#rows + 1] = row
-    by_text[("robot %d of generation %d: "):format(row.id, row.robot.generation)] =
-      row.robot.body.letters
+    robots[#robots + 1] = row
+    by_text[("robot %d of generation %d: "):format(row.id, row.generation)] = row.letters
   end
-  return rows, by_text
+  return robots, by_text
 end
 
 suite:test("a map has the robots of the archive, with their bodies", { limit = 20 }, function(t)

@@ -3,7 +3,6 @@
 
 local cells = require "limax.tools.study.cells"
 local faulty_server = require "support.faulty_server"
-local cut = require "limax.run.cut"
 local host = require "limax.host"
 local ledger = require "limax.supervise.ledger"
 local limax = require "limax"
@@ -11,7 +10,7 @@ local model_arms = require "limax.tools.study.model_arms"
 local plan = require "limax.tools.study.plan"
 local process = require "support.process"
 local runs = require "limax.tools.compare.runs"
-local run_folder = require "limax.run.run_folder"
+local run_folder = require "limax.run.folder"
 local source = require "limax.base.source"
 local study = require "limax.tools.study.study"
 local trial = require "support.trial"
@@ -72,10 +71,10 @@ end)
 local function bytes_of(one)
   local list = {}
   for _, cell in ipairs(one.cells) do
-    for _, name in ipairs { "r01/metrics.jsonl", "r01/ledger.jsonl",
-      ("r%02d/robots/g0001.npy"):format(cell.repetition) } do
+    for _, name in ipairs { "metrics.jsonl", "ledger.jsonl", "robots/g0001.npy" } do
       -- the ledger names the folder of a donor
-      local text = assert(source.read(("%s/%s/%s"):format(one.out, cell.path, name)))
+      local text = assert(source.read(("%s/%s/r%02d/%s"):format(one.out, cell.path,
+        cell.repetition, name)))
       list[#list + 1] = text:gsub(one.out:gsub("%p", "%%%0"), "OUT")
     end
   end
@@ -85,9 +84,8 @@ end
 -- Truncates a run of one repetition to its state after a generation.
 local function cut_to(path, generation)
   local folder = run_folder.open(path)
-  cut(folder, generation)
+  folder:continue(folder.config, {}, false, generation)
   folder:close()
-  assert(host.file.write_atomic(path .. "/STATUS", '{"state":"running"}\n'))
 end
 
 suite:test("every arm makes a valid experiment", function(t)
@@ -101,8 +99,9 @@ end)
 local function check_study(t, whole, result)
   local first = {}
   for _, cell in ipairs(whole.cells) do
-    local place = ("%s/%s/r%02d/population/g0000"):format(whole.out, cell.path, cell.repetition)
-    local beginning = assert(source.read(place .. ".jsonl")) .. assert(source.read(place .. ".npy"))
+    local place = ("%s/%s/r%02d/%%s/g0000.npy"):format(whole.out, cell.path, cell.repetition)
+    local beginning = assert(source.read(place:format "robots"))
+      .. assert(source.read(place:format "genomes"))
     first[cell.repetition] = first[cell.repetition] or beginning
     t:ok(beginning == first[cell.repetition], cell.path)
   end

@@ -3,6 +3,7 @@
 
 local at_once = require "limax.tools.study.at_once"
 local host = require "limax.host"
+local reader = require "limax.run.reader"
 local process = require "support.process"
 
 local suite = require("limax.test").suite "sweep"
@@ -30,15 +31,16 @@ end
 local function sessions(folder)
   local counts = {}
   for _, run in ipairs(host.json.decode(process.read(folder .. "/study.json")).runs) do
-    local text = process.read(("%s/%s/environment.json"):format(folder, run.path))
-    counts[run.path] = text ~= "" and #host.json.decode(text).sessions or 0
+    local text = process.read(("%s/%s/journal.jsonl"):format(folder, run.path))
+    counts[run.path] = select(2, text:gsub('"kind":"begin"', ""))
   end
   return counts
 end
 
-local function same_metrics(t, a, b)
-  t:ok(process.read(a .. "/r01/metrics.jsonl") ~= "", a)
-  t:equal(process.read(a .. "/r01/metrics.jsonl"), process.read(b .. "/r01/metrics.jsonl"))
+local function same_metrics(t, a, b, repetition)
+  local place = ("/r%02d/metrics.jsonl"):format(repetition)
+  t:ok(process.read(a .. place) ~= "", a)
+  t:equal(process.read(a .. place), process.read(b .. place))
 end
 
 suite:test("every combination runs once, with the bytes of limax run, and can be extended",
@@ -49,7 +51,7 @@ suite:test("every combination runs once, with the bytes of limax run, and can be
     local rate, size = "breeding.mutation_rate=0.1", "lattice=[2, 2, 3]"
     process.completes(t, folder, { "run", "try.lua", "-q", "--device", "cpu", "--out", "one",
       "--set", rate, "--set", size, "--set", "repetitions=2", "--repetition", "2" })
-    same_metrics(t, folder .. "/one", folder .. "/s/mutation_rate=0.1,lattice=2,2,3/r02")
+    same_metrics(t, folder .. "/one", folder .. "/s/mutation_rate=0.1,lattice=2,2,3/r02", 2)
     -- lattices cannot be compared; the report has an arm for each combination
     process.completes(t, folder, { "report", "s", "--no-robots" })
     local page = process.read(folder .. "/s/report.html")
@@ -92,11 +94,7 @@ local function stopped(t, signal)
   return folder, child:finish()
 end
 
-local function is_free(path)
-  local lock = host.file.lock(path)
-  if lock then lock:free() end
-  return lock ~= nil
-end
+local function is_free(path) return host.file.is_locked(path .. "/journal.jsonl") == false end
 
 -- Goes on with the sweep by two processes at a time, and looks for work that was done twice.
 local function continue(t, folder)
@@ -110,7 +108,7 @@ local function continue(t, folder)
   end
   process.completes(t, folder, { "run", "try.lua", "-q", "--device", "cpu", "--out", "r", "--set",
     "seed=2" })
-  same_metrics(t, folder .. "/r", folder .. "/s/seed=2/r01")
+  same_metrics(t, folder .. "/r", folder .. "/s/seed=2/r01", 1)
 end
 
 suite:test("Ctrl-C ends the runs, and two sweeps go on where it stopped", { limit = 120 },
@@ -119,8 +117,7 @@ suite:test("Ctrl-C ends the runs, and two sweeps go on where it stopped", { limi
     t:equal(status, 130)
     t:ok(output:find "interrupted.*\ncontinue with: [^\n]* sweep %-%-resume s\n", output)
     t:ok(seconds < 3 + process.LATE, seconds)
-    t:ok(is_free(folder .. "/s/seed=2/r01"), "the run has ended too")
-    t:ok(process.read(folder .. "/s/seed=2/r01/STATUS"):find "interrupted", "its STATUS")
+    t:equal(reader.read(folder .. "/s/seed=2/r01").journal:state(), "stopped")
     continue(t, folder)
   end)
 

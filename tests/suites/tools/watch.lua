@@ -36,7 +36,7 @@ suite:test("curves and the best are printed, and no file is changed", function(t
   process.completes(t, base, { "run", "twice.lua", "-q", "--out", "r" })
   local before = contents(base .. "/r")
   -- as the run itself locks it
-  local lock = assert(host.file.lock(base .. "/r"))
+  local lock = assert(host.file.lock(base .. "/r/journal.jsonl"))
   local done = process.ends(base, { "watch", "r" }, { before = "export TERM=dumb;" })
   lock:free()
   t:ok(done.status == 0, done.stderr)
@@ -45,7 +45,7 @@ suite:test("curves and the best are printed, and no file is changed", function(t
   for _, line in ipairs(evolution.metrics(base .. "/r")) do
     if line.generation == 2 then best = math.max(best, line.best_standard or line.best) end
   end
-  for _, text in ipairs { "done   generation 6 of 6", ("best %.4g"):format(best),
+  for _, text in ipairs { "running   generation 6 of 6", ("best %.4g"):format(best),
     "fitness (m), the median of 2 repetitions", "** best   oo mean",
     "voxels in which two robots differ", "lowest layer first" } do
     t:ok(done.stdout:find(text, 1, true), text .. "\n" .. done.stdout)
@@ -60,22 +60,22 @@ suite:test("on a terminal it follows a run to its end", { limit = 120 }, functio
   local base = t:folder()
   run(base .. "/r")
   local folder = base .. "/r"
-  local metrics, status = source.read(folder .. "/r01/metrics.jsonl"), source.read(folder .. "/STATUS")
-  local first = metrics:match "^[^\n]*\n"
+  local path = folder .. "/journal.jsonl"
+  local whole = source.read(path)
   -- a run in its first generation, which ends when that has been shown
-  assert(host.file.write_atomic(folder .. "/r01/metrics.jsonl", first))
-  assert(host.file.write_atomic(folder .. "/STATUS", '{"state": "running"}'))
-  assert(host.file.write_atomic(base .. "/all", metrics))
-  assert(host.file.write_atomic(base .. "/end", status))
+  assert(host.file.write_atomic(path, whole:match "^[^\n]*\n[^\n]*\n"))
+  local lock = assert(host.file.lock(path))
+  assert(host.file.write_atomic(base .. "/rest", (whole:gsub("^[^\n]*\n[^\n]*\n", ""))))
   local line = ("cd %s && (for look in $(seq 1000); do "
     .. "grep -q 'generation 1 of 3' typed 2>/dev/null && break; sleep 0.1; done; "
-    .. "mv all r/metrics.jsonl; mv end r/STATUS) & cd %s && "
+    .. "cat r/journal.jsonl rest >all; mv all r/journal.jsonl) & cd %s && "
     .. "timeout 110 script -qefc %s typed >/dev/null 2>&1 </dev/null; echo $?"):format(
     process.quote(base), process.quote(base),
     process.quote(process.quote(host.executable) .. " watch r --every 0.1"))
   local pipe = io.popen(line)
   t:equal(tonumber(pipe:read "*a"), 0)
   pipe:close()
+  lock:free()
   local typed = source.read(base .. "/typed")
   local begins, ends = typed:find("generation 1 of 3", 1, true),
     typed:find("generation 3 of 3", 1, true)
@@ -88,9 +88,8 @@ end)
 suite:test("a run without a generation, and a folder that is not a run", function(t)
   local base = t:folder()
   run(base .. "/r")
-  for _, name in ipairs { "metrics", "ledger", "timing" } do
-    assert(host.file.write_atomic(("%s/r/%s.jsonl"):format(base, name), ""))
-  end
+  local path = base .. "/r/journal.jsonl"
+  assert(host.file.write_atomic(path, source.read(path):match "^[^\n]*\n"))
   local done = process.ends(base, { "watch", "r" })
   t:equal(done.status, 0)
   t:ok(done.stdout:find("no generation has been scored yet", 1, true), done.stdout)
