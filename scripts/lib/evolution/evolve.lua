@@ -29,7 +29,7 @@ local function express(run, robots)
   local began = host.clock()
   genes.express(run.world:rules(robots), robots.engine)
   -- an own loop may still change bodies
-  if run.ahead then generations.begin(robots) end
+  if run.ahead then run.ahead(robots) end
   rows.describe(robots.rows, robots.engine, robots.materials)
   robots.timing.express = host.clock() - began - robots.timing.simulate
   return robots
@@ -154,7 +154,7 @@ end
 --- Runs all generations that are left. Returns the history.
 ---@return limax.generation[]
 function Run:finish()
-  self.ahead = true
+  self.ahead = generations.begin
   for _ in self:generations() do end
   return self.history
 end

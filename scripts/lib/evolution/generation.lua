@@ -8,6 +8,7 @@ local division = require "limax.evolution.division"
 local drive = require "limax.settings.drive"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
+local fault = require "limax.engine.fault"
 local fitness = require "limax.fitness"
 local host = require "limax.host"
 local measures = require "limax.experiment.measures"
@@ -41,14 +42,14 @@ local class = { methods = Population }
 -- `before` is what the generation before left: state, archive, and the fitness that scored it.
 -- `decided` is how it got its parameters: ledger, numbers for timing.jsonl, did the supervisor
 -- fail. `going` are its simulations while they are advanced, `traces` those of each robot after
--- that, and `choice` what `breed` was called with.
+-- that, `waits` whether there is no memory for them yet, and `choice` what `breed` was called with.
 local FIELDS, OF_LOOP = {}, {}
 for name in ([[ranked generation repetition parameters engine materials rows trials archive
     evaluations timing island state]]):gmatch "%S+" do
   FIELDS[name] = true
 end
 for name in ([[world before decided going simulations traces slices scored_with scored_by outdated
-    state_text remembered choice entry line places parents stored]]):gmatch "%S+" do
+    state_text remembered choice entry line places parents stored waits]]):gmatch "%S+" do
   OF_LOOP[name] = true
 end
 
@@ -169,6 +170,17 @@ function generation.begin(robots)
   end
   robots.going.steps:begin()
   robots.timing.simulate = robots.timing.simulate + host.clock() - began
+end
+
+--- Begins to simulate a generation beside others if the memory is enough; else it waits.
+---@param robots limax.population.scored
+function generation.begin_beside(robots)
+  if robots.waits then return end
+  local fine, value, trace = failure.attempt(generation.begin, robots)
+  if fine then return end
+  if not (fault.is(value) and value.kind == "memory") then failure.raise_again(value, trace) end
+  if robots.going then generation.free(robots.going.steps.all, "there was no memory for it") end
+  robots.going, robots.waits = nil, true
 end
 
 -- Takes what the simulations gave.

@@ -18,7 +18,8 @@ local worlds = require "limax.evolution.world"
 ---@field world limax.world what never changes in it
 ---@field folder limax.run_folder|nil that keeps its generations
 ---@field evaluations integer of the recorded generations
----@field ahead boolean|nil may a GPU begin to step a generation before the loop asks for it?
+---@field ahead fun(robots: limax.population.scored)|nil begins to step a generation on a GPU
+--- before the loop asks for it
 ---@field ended boolean|nil has it no further generation?
 ---@field history limax.generation[] one entry per scored generation
 ---@field population limax.population.scored|nil the newest generation

@@ -49,8 +49,17 @@ local function close(run)
   history.release(run.history)
 end
 
+-- Takes the first repetition that does not wait for memory out of a queue, or the first one.
+local function take(queue)
+  for k, run in ipairs(queue) do
+    if not run.population.waits then return table.remove(queue, k) end
+  end
+  queue[1].population.waits = nil
+  return table.remove(queue, 1)
+end
+
 --- Runs repetitions to their ends. The first in the queue is waited for, scored and bred from; a
---- GPU steps the others meanwhile.
+--- GPU steps the others meanwhile, as far as its memory is enough.
 ---@param options limax.together.options
 function together.run(options)
   local queue, left, began = {}, { unpack(options.repetitions) }, host.clock()
@@ -58,12 +67,12 @@ function together.run(options)
   while queue[1] or left[1] do
     while #queue < options.at_once and left[1] do
       local run = options.begin(table.remove(left, 1))
-      run.ahead, run.population = true, evolve.first(run)
+      run.ahead, run.population = generations.begin_beside, evolve.first(run)
       queue[#queue + 1] = run
     end
-    for _, run in ipairs(queue) do generations.begin(run.population) end
+    for _, run in ipairs(queue) do generations.begin_beside(run.population) end
     show(options, queue, springs, began)
-    local run = table.remove(queue, 1)
+    local run = take(queue)
     if generations.advance(run.population) then
       run.population = evolve.next(run, run.population)
     end

@@ -146,6 +146,7 @@ device_block::device_block(const context& context, std::size_t bytes, const std:
     std::tie(allocated_, handle_) = context.take<CUdeviceptr>(bytes);
     if (!handle_) {
         allocated_ = context::with_room(bytes);
+        context.make_room<CUdeviceptr>(allocated_);
         const auto allocate = [&] { return api().mem_alloc(&handle_, allocated_); };
         CUresult result = CUDA_ERROR_OUT_OF_MEMORY;
         if (held + double(context.bytes_kept()) + double(allocated_) <= context.memory_limit_)
@@ -212,7 +213,10 @@ pinned_block::pinned_block(const context& context, std::size_t bytes, const std:
     if (bytes == 0) return;
     const auto here = context.current();
     std::tie(allocated_, handle_) = context.take<void*>(bytes);
-    if (!handle_) allocated_ = context::with_room(bytes);
+    if (!handle_) {
+        allocated_ = context::with_room(bytes);
+        context.make_room<void*>(allocated_);
+    }
     const CUresult result = handle_ ? CUDA_SUCCESS : api().mem_alloc_host(&handle_, allocated_);
     if (result == CUDA_ERROR_OUT_OF_MEMORY)
         throw cuda_error(

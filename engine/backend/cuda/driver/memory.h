@@ -70,20 +70,32 @@ private:
         return bytes < 65536 ? bytes : bytes + bytes / 16;
     }
     // Memory of one kind. What ends is kept for what is made next, since making it takes long and
-    // freeing it waits for the GPU: at most twice what was held at once, but always a little.
+    // freeing it waits for the GPU. Held and kept memory together stay below what was held at once
+    // lately (or a little), since other processes may need the rest.
     static constexpr uint64_t always_kept = 256000000;
+    static constexpr int period = 1024;  // blocks made: some tens of generations
     template <class Handle>
     struct memory_of_kind {
         std::multimap<std::size_t, Handle> kept;  // by their bytes
-        uint64_t bytes_kept = 0, bytes_held = 0, most_held = 0;
+        uint64_t bytes_kept = 0, bytes_held = 0;
+        uint64_t most_held = 0, most_before = 0;  // in this period, in the one before
+        int made = 0;
 
         void count(int64_t bytes) {
             bytes_held += uint64_t(bytes);
+            if (bytes > 0 && ++made == period) {
+                most_before = std::exchange(most_held, 0);
+                made = 0;
+            }
             most_held = std::max(most_held, bytes_held);
+        }
+        bool has_room(std::size_t bytes) const {
+            const uint64_t most = with_room(std::max({most_held, most_before, always_kept}));
+            return bytes_held + bytes_kept + bytes <= most;
         }
         // False if it is to be freed.
         bool keep(Handle memory, std::size_t bytes) {
-            if (bytes_kept + bytes > std::max(2 * most_held, always_kept)) return false;
+            if (!has_room(bytes)) return false;
             kept.emplace(bytes, memory);
             bytes_kept += bytes;
             return true;
@@ -105,6 +117,15 @@ private:
     void count(Handle memory, int64_t bytes) const {
         const std::lock_guard lock(mutex_);
         memory_of(memory).count(bytes);
+    }
+    // Frees what is kept unless these bytes, which none of it can serve, have room beside it.
+    template <class Handle>
+    void make_room(std::size_t bytes) const {
+        const bool has_room = [&] {
+            const std::lock_guard lock(mutex_);
+            return memory_of(Handle{}).has_room(bytes);
+        }();
+        if (!has_room) free_kept();
     }
     template <class Handle>
     bool keep(Handle memory, std::size_t bytes) const {
