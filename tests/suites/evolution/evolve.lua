@@ -4,6 +4,7 @@
 local ffi = require "ffi"
 local limax = require "limax"
 local engine = require "limax.engine"
+local fault = require "limax.engine.fault"
 local history_of_runs = require "limax.run.history"
 local host = require "limax.host"
 local reader = require "limax.run.reader"
@@ -360,11 +361,43 @@ suite:test("a repetition has begun to be simulated whenever another is scored", 
     end }
   together.run { repetitions = { 1, 2 }, at_once = 2, on_progress = silent,
     begin = function(repetition)
-      return limax.start(experiment, { repetition = repetition, say = silent,
-        wait = together.wait })
+      return limax.start(experiment, { repetition = repetition, say = silent })
     end }
   engine.begin_together, engine.advance_together = begin, advance
   t:equal(idle, 0)
+end)
+
+suite:test("a repetition waits where the memory is enough for one at a time", function(t)
+  local begin, advance, going, waited = engine.begin_together, engine.advance_together, nil, 0
+  -- a device with memory for the simulations of one generation
+  function engine.begin_together(simulations, seconds)
+    if going and going ~= simulations[1] then
+      waited = waited + 1
+      fault.throw { kind = "memory", text = "CUDA: out of memory" }
+    end
+    going = simulations[1]
+    return begin(simulations, seconds)
+  end
+  function engine.advance_together(simulations, seconds)
+    local progress = advance(simulations, seconds)
+    if progress[1].finished then going = nil end
+    return progress
+  end
+  local experiment, bests = small { generations = 3, repetitions = 3, scene = frictionless }, {}
+  together.run { repetitions = { 1, 2, 3 }, at_once = 3, on_progress = silent,
+    begin = function(repetition)
+      return limax.start(experiment, { repetition = repetition, say = silent,
+        on_generation = function(entry)
+          bests[repetition] = bests[repetition] or {}
+          table.insert(bests[repetition], entry.best)
+        end })
+    end }
+  engine.begin_together, engine.advance_together = begin, advance
+  t:ok(waited > 0 and waited < 10, waited)
+  for repetition = 1, 3 do
+    local history = limax.start(experiment, { repetition = repetition, say = silent }):finish()
+    for k, entry in ipairs(history) do t:same_bits(bests[repetition][k], entry.best) end
+  end
 end)
 
 suite:test("history keeps bodies and measures, and drops genomes and traces", function(t)
