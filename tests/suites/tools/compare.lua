@@ -72,9 +72,10 @@ suite:test("the outcome is the last champion at publish under the first material
   local read = runs.read { folder }
   local value = outcome.measure(read, limax.engine.device "cpu")[read[1]]
   local champion = limax.robot(folder .. "/r01/champions/g0003.json")
-  local again = champion:simulate { accuracy = "publish", materials = read[1].config.materials }
+  local again = champion:simulate { accuracy = "publish", device = "cpu",
+    materials = read[1].config.materials }
   t:same_bits(value, again:distance { axis = "x" })
-  t:ok(value ~= champion:simulate { accuracy = "publish" }:distance { axis = "x" },
+  t:ok(value ~= champion:simulate { accuracy = "publish", device = "cpu" }:distance { axis = "x" },
     "other materials, another score")
 end)
 
