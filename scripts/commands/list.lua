@@ -33,7 +33,7 @@ local function folders_below(path, depth, list)
   end
   for _, name in ipairs(depth > 0 and host.file.list(path) or {}) do
     local inner = path .. "/" .. name
-    if host.file.exists(inner) == "folder" then folders_below(inner, depth - 1, list) end
+    if host.file.exists(inner, true) == "folder" then folders_below(inner, depth - 1, list) end
   end
   return list
 end
@@ -65,13 +65,19 @@ local function row_of(path)
     archive and archive.coverage or nil, archive and archive.qd_score or nil }
 end
 
+-- A folder, and what is damaged in it.
+local function checked(path)
+  local fine, folder = failure.attempt(reader.read, path)
+  local found = folder
+  if fine then fine, found = failure.attempt(check.folder, folder) end
+  return folder, fine and check.text(found) or "  " .. failure.bare(found)
+end
+
 -- Prints what is damaged in each folder; status 1 where something is.
 local function verify(found)
   local damaged = 0
   for _, path in ipairs(found) do
-    local fine, folder = failure.attempt(reader.read, path)
-    local damage = fine and check.folder(folder) or {}
-    local text = fine and check.text(damage) or "  " .. failure.bare(folder)
+    local folder, text = checked(path)
     if text ~= "" then
       damaged = damaged + 1
       output.write(("%s is damaged:\n%s\n"):format(terminal.word(path), text))

@@ -104,6 +104,7 @@ local function reopen(session, arguments)
   local facts = exchange.first(function()
     local opened = session.folder
     scripts.require_own(opened)
+    if not arguments.changed then resume.check_scripts(opened) end
     return { path = opened.path, config = opened.config, config_name = opened.config_name,
       owner = opened.owner }
   end)

@@ -74,6 +74,7 @@ local function run_one(self, arguments)
   if not one then
     failure.raise(2, ("--run %d: the sweep has %d runs"):format(number, #self.runs))
   end
+  sweep.require_own(self)
   local path = self.out .. "/" .. one.path
   local lock = sweep.claim(self, number)
   if not lock or sweep.is_done(self, one) then

@@ -1,12 +1,16 @@
 --- trust.lua: `limax trust DIR`: shows what a folder of somebody else would run, and seals it with
 --- the key of this user.
 
+local choice = require "limax.base.choice"
+local config = require "limax.run.config"
 local failure = require "limax.base.failure"
+local flat = require "limax.base.flat"
 local host = require "limax.host"
 local output = require "limax.base.output"
 local reader = require "limax.run.reader"
 local scripts = require "limax.run.scripts"
 local seal = require "limax.base.seal"
+local shell = require "limax.base.shell"
 local source = require "limax.base.source"
 local study_file = require "limax.run.study_file"
 local terminal = require "limax.base.terminal"
@@ -27,38 +31,62 @@ yes. Of a sweep or a study all its runs are sealed too.]],
 
 local function say(text, ...) output.write("  ", terminal.word(text:format(...)), "\n") end
 
+-- Lists the original of a script: `use` is what runs it.
+local function show_original(path, recorded, use)
+  local state = "not there"
+  if scripts.is_there(path) then
+    state = scripts.changed(path, recorded)[1] and "other than the script that ran"
+      or "the script that ran"
+  end
+  say("original  %s (%s); runs with %s", path, state, use)
+end
+
 -- Lists what a run would do with the rights of its user.
 local function show_run(folder)
-  local run = folder.config.run
+  local run, supervisor = folder.config.run, folder.config.supervisor
   output.write(terminal.word(folder.path), ":\n")
-  local path, is_original = scripts.chosen(folder)
-  if run.script then
-    say("runs      %s%s", path, is_original and "" or " (the original is gone)")
-  end
+  local texts, place = scripts.texts(folder) -- what would run must be what it recorded
   for _, copy in ipairs(run.scripts) do
-    local file = folder:scripts_path() .. "/" .. copy.file
-    say("script    %s, %s bytes", file, tostring(source.size(file) or "no"))
+    say("%-9s %s/%s, %d bytes", copy.file == run.script and "runs" or "script", place, copy.file,
+      #texts[copy.file])
   end
+  if run.path then show_original(run.path, run.scripts, "--resume if its text is the same, and with"
+    .. " --changed") end
   for _, override in ipairs(run.overrides) do say("override  %s", override) end
-  local supervisor = folder.config.supervisor
-  for _, name in ipairs(type(supervisor) == "table" and { "url", "prompt", "run" } or {}) do
-    if supervisor[name] then say("%-9s %s", name, tostring(supervisor[name])) end
-  end
+  local options = flat.add(type(supervisor) == "table" and supervisor or {}, "supervisor", {},
+    flat.text)
+  for _, name in ipairs(choice.sorted_keys(options)) do say("%-9s %s", name, options[name]) end
 end
 
 local function show_study(path, study)
   output.write(terminal.word(path), ":\n")
-  if study.script then say("runs      %s", study.script.path) end
+  if study.script then
+    show_original(study.script.path, study.script.scripts, "sweep --resume if its text is the same")
+  end
   for _, run in ipairs(study.runs) do
     for _, change in ipairs(run.changes or {}) do say("override  %s (%s)", change, run.path) end
   end
 end
 
--- Seals a document again, with its other bytes as they are.
-local function seal_file(path)
-  local sealed = seal.again(assert(source.read_own(path)))
-  if not sealed then failure.raise(1, "there is no key to seal " .. path .. " with") end
-  source.write(path, sealed)
+-- What the command seals: each document's path and its text, which is the one that is shown.
+local function documents_of(path, study, folders)
+  local list = {}
+  if study then list[1] = { path = path .. "/" .. study_file.NAME } end
+  for _, folder in ipairs(folders) do
+    list[#list + 1] = { path = folder.path .. "/" .. folder.config_name, folder = folder }
+  end
+  for _, each in ipairs(list) do
+    local text, message = source.read_own(each.path)
+    if not text then failure.raise_damaged(message) end
+    local sealed
+    sealed, message = seal.again(text)
+    if not sealed then failure.raise(1, ("%s cannot be sealed: %s"):format(each.path, message)) end
+    if each.folder and config.hash(text) ~= each.folder.config_hash then
+      failure.raise(1, each.path .. " changed while it was read")
+    end
+    each.text, each.sealed = text, sealed
+  end
+  return list
 end
 
 -- The folders of a study's runs that have begun.
@@ -72,28 +100,33 @@ local function folders_of(path, study)
   return list
 end
 
+local function is_agreed()
+  if not host.terminal().stdin then
+    failure.raise(2, "limax trust: there is no terminal to ask; --yes seals without asking")
+  end
+  output.write "Seal this with your key, so that it may run with your rights? [y/N] "
+  io.stdout:flush()
+  return (io.read "*l" or ""):lower():match "^%s*y" ~= nil
+end
+
 function command.run(arguments)
   local path = arguments[1]:gsub("(.)/+$", "%1")
   local study = study_file.exists(path) and study_file.read(path) or nil
-  local list = folders_of(path, study)
+  local folders = folders_of(path, study)
+  local documents = documents_of(path, study, folders)
   if study then show_study(path, study) end
-  for _, folder in ipairs(list) do
-    show_run(folder)
-    scripts.texts(folder) -- what would run must be what it recorded
+  for _, folder in ipairs(folders) do show_run(folder) end
+  if not arguments.yes and not is_agreed() then
+    output.write "not sealed\n"
+    return 1
   end
-  if not arguments.yes then
-    if not host.terminal().stdin then
-      failure.raise(2, "limax trust: there is no terminal to ask; --yes seals without asking")
+  for _, each in ipairs(documents) do
+    if source.read_own(each.path) ~= each.text then
+      failure.raise(1, ("%s changed after it was shown: run limax trust %s again"):format(each.path,
+        shell.path(path)))
     end
-    output.write "Seal this with your key, so that it may run with your rights? [y/N] "
-    io.stdout:flush()
-    if not (io.read "*l" or ""):lower():match "^%s*y" then
-      output.write "not sealed\n"
-      return 1
-    end
+    source.write(each.path, each.sealed)
   end
-  if study then seal_file(path .. "/" .. study_file.NAME) end
-  for _, folder in ipairs(list) do seal_file(folder.path .. "/" .. folder.config_name) end
   output.write("sealed with key ", seal.key_name() or "none", "\n")
   return 0
 end

@@ -1,5 +1,8 @@
---- csv.lua: rows of numbers and words as RFC 4180 text. Words that a spreadsheet would take for a
---- formula begin with an apostrophe: names may come from other people.
+--- csv.lua: rows of numbers and words as RFC 4180 text. Names may come from other people: words
+--- that a spreadsheet would take for a formula begin with an apostrophe, and control characters are
+--- shown.
+
+local terminal = require "limax.base.terminal"
 
 local csv = {}
 
@@ -10,7 +13,7 @@ local function cell(value)
     local short = ("%.15g"):format(value)
     return tonumber(short) == value and short or ("%.17g"):format(value)
   end
-  local text = tostring(value)
+  local text = terminal.shown(tostring(value))
   if text:find "^[=+%-@\t\r]" and not tonumber(text) then text = "'" .. text end
   if text:find '[",\r\n]' then text = '"' .. text:gsub('"', '""') .. '"' end
   return text

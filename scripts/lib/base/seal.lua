@@ -93,13 +93,18 @@ function seal.add(object)
   return key and sealed(text, key) or text
 end
 
---- A document sealed by this user, with its other bytes as they are; nil where the key cannot be
---- used.
+--- A document sealed by this user, with its other bytes as they are; nil and a message where the
+--- key cannot be used, or limax did not write the document so.
 ---@param text string
 ---@return string|nil
+---@return string|nil message
 function seal.again(text)
   local key = key_of_user(true)
-  return key and sealed(seal.without(text), key) or nil
+  if not key then return nil, "there is no key" end
+  local made = sealed(seal.without(text), key)
+  local object, owner = seal.open(made)
+  if not object or owner ~= "own" then return nil, "it has another form than limax writes" end
+  return made
 end
 
 --- A document without its seal.

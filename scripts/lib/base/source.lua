@@ -47,6 +47,28 @@ function source.read_own(path)
   return source.read(path)
 end
 
+--- Refuses links, and what would wait forever, in a folder that may come from somebody else.
+---@param path string
+---@param depth integer how many levels of folders below it are looked at too
+function source.refuse_links(path, depth)
+  for _, name in ipairs(host.file.list(path) or {}) do
+    local inner = path .. "/" .. name
+    local kind = host.file.exists(inner, true)
+    if kind == "other" then
+      failure.raise(2, ("%s is a link, or no regular file: such a folder holds its files itself;"
+        .. " replace it by a copy"):format(inner))
+    elseif kind == "folder" and depth > 0 then
+      source.refuse_links(inner, depth - 1)
+    end
+  end
+end
+
+--- Is this the path of a file below a folder? No part of it may be empty, "." or "..".
+---@param path string
+function source.is_below(path)
+  return not ("/" .. path .. "/"):find "/%.?%.?/" and not path:find "%c"
+end
+
 --- The bytes of a file; nil where there is none.
 ---@return integer|nil
 function source.size(path)

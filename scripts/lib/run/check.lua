@@ -6,6 +6,7 @@ local files = require "limax.run.files"
 local host = require "limax.host"
 local sealed = require "limax.base.sealed"
 local source = require "limax.base.source"
+local terminal = require "limax.base.terminal"
 
 local check = {}
 
@@ -14,8 +15,13 @@ local function add(damage, file, reason, repetition, generation)
     generation = generation })
 end
 
--- The text of a file; nil where it cannot be read, which is then added.
-local function read(folder, damage, file, repetition, generation)
+-- The text of a file, of a size if one is wanted; nil where it cannot be read, which is then added.
+local function read(folder, damage, file, repetition, generation, wanted)
+  local size = wanted and source.size(folder.path .. "/" .. file)
+  if size and size ~= wanted then
+    add(damage, file, ("has %d bytes instead of %d"):format(size, wanted), repetition, generation)
+    return nil
+  end
   local text, message, missing = source.read_own(folder.path .. "/" .. file)
   if text then return text end
   add(damage, file, missing and "is missing"
@@ -99,8 +105,8 @@ function check.folder(folder)
   check_configurations(folder, damage)
   check_transcript(folder, damage)
   folder:each_file(function(_, place, part, entry)
-    local text = read(folder, damage, place, entry.repetition, entry.generation)
-    if text and (#text ~= part[1] or host.xxh3(text) ~= part[2]) then
+    local text = read(folder, damage, place, entry.repetition, entry.generation, part[1])
+    if text and host.xxh3(text) ~= part[2] then
       add(damage, place, "does not match its hash", entry.repetition, entry.generation)
     end
   end)
@@ -161,7 +167,7 @@ function check.text(damage)
   end
   for k = 1, math.min(#names, MOST_SHOWN) do
     local each, others = first[names[k]], more[names[k]]
-    lines[k] = ("  %s %s"):format(each.file, each.reason)
+    lines[k] = ("  %s %s"):format(terminal.word(each.file), each.reason)
       .. (others > 0 and (", and %d more in this file"):format(others) or "")
   end
   local hidden = #names - MOST_SHOWN

@@ -200,6 +200,7 @@ function folder.take(path)
   end
   local ok, message = host.file.mkdir(path)
   if not ok then failure.raise(2, message) end
+  source.refuse_links(path, 1)
   local used = ("%s is used already; name another folder, or continue it: with `limax run --resume"
     .. " %s`, or in a script's own loop with limax.start(experiment, { out = %q, resume = true })")
     :format(path, path, path)

@@ -54,20 +54,6 @@ local function runs_in(folder)
   return ""
 end
 
--- Refuses links, and what would wait forever, in a folder that may come from somebody else.
-local function refuse_links(path, depth)
-  for _, name in ipairs(host.file.list(path) or {}) do
-    local inner = path .. "/" .. name
-    local kind = host.file.exists(inner, true)
-    if kind == "other" then
-      failure.raise(2, ("%s is a link, or no regular file: a run folder holds its files itself;"
-        .. " replace it by a copy"):format(inner))
-    elseif kind == "folder" and depth > 0 then
-      refuse_links(inner, depth - 1)
-    end
-  end
-end
-
 --- Reads a run folder as it is now; ends the command where it is not one.
 ---@param path string
 ---@return limax.run.reader
@@ -79,7 +65,7 @@ function reader.read(path)
       .. " it with that version"):format(path)
       or ("%s is not a run folder: it has no config.json%s"):format(path, runs_in(path)))
   end
-  refuse_links(path, 1)
+  source.refuse_links(path, 1)
   local read, message = journal.read(path)
   if not read then failure.raise_damaged(message) end
   local self = setmetatable({ path = path, journal = read, config_name = read.config }, Reader)
@@ -156,12 +142,13 @@ local function each_line(self, name, repetition, first, last, visit)
   local file, message = source.open(path)
   if not file then failure.raise_damaged(message) end
   local before = self.journal:entry(repetition, first - 1)
-  local at = before and before.lines[name][1] or 0
+  local at, size = before and before.lines[name][1] or 0, file:seek "end"
   file:seek("set", at)
   for generation = first, last do
     local entry = self.journal:entry(repetition, generation)
     local ends = entry.lines[name][1]
-    local text = file:read(math.max(0, ends - at)) or ""
+    if ends > size then damaged(path, "has fewer bytes than journal.jsonl states") end
+    local text = file:read(ends - at) or ""
     at = ends
     visit(text, entry, ("%s, line %d"):format(path, generation + 1))
   end
@@ -233,6 +220,9 @@ function Reader:file(kind, repetition, generation)
   if not part then
     failure.raise(1, ("%s is not kept%s"):format(path, entry and why_missing(entry)
       or ": the run has no such generation"))
+  end
+  if (source.size(path) or part[1]) ~= part[1] then
+    damaged(path, ("has not the size that %s states"):format(journal.FILE))
   end
   local text, message, missing = source.read_own(path)
   if not text and missing and entry.recent then

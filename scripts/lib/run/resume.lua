@@ -6,6 +6,7 @@ local failure = require "limax.base.failure"
 local flat = require "limax.base.flat"
 local host = require "limax.host"
 local run_folder = require "limax.run.folder"
+local scripts = require "limax.run.scripts"
 local source = require "limax.base.source"
 
 local resume = {}
@@ -61,23 +62,33 @@ local function add_shortened(lines, list, indent)
   if more > 0 then lines[#lines + 1] = ("%s... and %d more"):format(indent, more) end
 end
 
+-- Adds how a script differs from its copy to the lines of a message.
+local function add_change(lines, folder, file, text)
+  lines[#lines + 1] = ("  %s has changed:"):format(file)
+  local before = source.read_own(folder:scripts_path() .. "/" .. file) or ""
+  add_shortened(lines, line_differences(before, text), "    ")
+end
+
 -- Adds changed, missing and new scripts to the lines of a message.
-local function add_script_changes(lines, folder, scripts)
+local function add_script_changes(lines, folder, current)
   local kept, now = {}, {}
   for _, copy in ipairs(folder.config.run.scripts) do kept[copy.file] = copy.sha256 end
-  for _, copy in ipairs(scripts) do
+  for _, copy in ipairs(current) do
     now[copy.file] = true
     if not kept[copy.file] then
       lines[#lines + 1] = ("  %s is new"):format(copy.file)
     elseif kept[copy.file] ~= copy.sha256 then
-      lines[#lines + 1] = ("  %s has changed:"):format(copy.file)
-      local before = source.read_own(folder:scripts_path() .. "/" .. copy.file) or ""
-      add_shortened(lines, line_differences(before, copy.text), "    ")
+      add_change(lines, folder, copy.file, copy.text)
     end
   end
   for _, copy in ipairs(folder.config.run.scripts) do
     if not now[copy.file] then lines[#lines + 1] = ("  %s is gone"):format(copy.file) end
   end
+end
+
+local function refuse_changes(folder, lines, switch)
+  failure.raise(2, ("%s was made by another configuration or script:\n%s\n%s continues with the"
+    .. " new one"):format(folder.path, table.concat(lines, "\n"), switch or "--changed"))
 end
 
 ---@class limax.resume.comparison
@@ -86,7 +97,7 @@ end
 
 -- Compares a run folder with the current experiment. Refuses what cannot be continued (status 2):
 -- any difference unless `allowed`, and one of `fixed_fields` always.
-local function compare(folder, made, scripts, allowed, switch)
+local function compare(folder, made, current, allowed, switch)
   local list, lines = {}, {}
   for k, field in ipairs(resume.differences(folder.config, made)) do
     list[k] = ("%s: was %s, is %s"):format(field.path, field.before, field.now)
@@ -97,13 +108,20 @@ local function compare(folder, made, scripts, allowed, switch)
     end
   end
   add_shortened(lines, list, "  ")
-  add_script_changes(lines, folder, scripts)
-  local text = table.concat(lines, "\n")
-  if #lines > 0 and not allowed then
-    failure.raise(2, ("%s was made by another configuration or script:\n%s\n%s continues with the"
-      .. " new one"):format(folder.path, text, switch or "--changed"))
+  add_script_changes(lines, folder, current)
+  if #lines > 0 and not allowed then refuse_changes(folder, lines, switch) end
+  return { changed = #lines > 0, text = table.concat(lines, "\n") }
+end
+
+--- Refuses a folder whose original scripts differ from those that ran, before any of them runs.
+---@param folder limax.run.reader
+function resume.check_scripts(folder)
+  local path, is_original = scripts.chosen(folder)
+  local lines = {}
+  for _, each in ipairs(is_original and scripts.changed(path, folder.config.run.scripts) or {}) do
+    add_change(lines, folder, each.file, each.text)
   end
-  return { changed = #lines > 0, text = text }
+  if lines[1] then refuse_changes(folder, lines) end
 end
 
 --- Cuts a folder to its last generation and stores the current configuration.
@@ -113,9 +131,9 @@ end
 ---@param switch? string what would allow it
 ---@return limax.resume.comparison
 function resume.continue(folder, experiment, options, allowed, switch)
-  local made, scripts = config.of(experiment, options)
-  local comparison = compare(folder, made, scripts, allowed, switch)
-  folder:continue(made, scripts, comparison.changed, options.from)
+  local made, current = config.of(experiment, options)
+  local comparison = compare(folder, made, current, allowed, switch)
+  folder:continue(made, current, comparison.changed, options.from)
   return comparison
 end
 

@@ -11,11 +11,6 @@ local source = require "limax.base.source"
 
 local scripts = {}
 
--- Is this the path of a file below a folder? No part of it may be empty, "." or "..".
-local function is_inside(name)
-  return not ("/" .. name .. "/"):find("/%.?%.?/") and not name:find("%z")
-end
-
 local function refuse(text, ...) failure.raise(2, text:format(...)) end
 
 --- What to say of a document that is not under the user's own seal.
@@ -65,7 +60,6 @@ function scripts.texts(folder)
   local texts, path = {}, folder:scripts_path()
   for k, copy in ipairs(folder.config.run.scripts) do
     local field = ("%s/%s: run.scripts[%d]"):format(folder.path, folder.config_name, k)
-    if not is_inside(copy.file) then refuse("%s.file: expected a file below scripts/", field) end
     local file = path .. "/" .. copy.file
     local text, message = source.read_own(file)
     if not text then refuse("%s (%s)", message, field) end
@@ -121,6 +115,18 @@ function scripts.run_copy(folder)
   return compile(name)(), file
 end
 
+-- Is this an absolute path that does not depend on the process that reads it?
+local function is_fixed(path)
+  return path:sub(1, 1) == "/" and source.is_below(path:sub(2)) and not path:find "^/proc/"
+    and not path:find "^/dev/"
+end
+
+--- Is the original of a recorded script there?
+---@param path string
+function scripts.is_there(path)
+  return is_fixed(path) and host.file.exists(path) == "file"
+end
+
 --- The file that a resumed run executes: the original if it is there, else the copy.
 ---@param folder limax.run.reader
 ---@return string path
@@ -128,11 +134,25 @@ end
 function scripts.chosen(folder)
   local original, inside = folder.config.run.path, host.file.absolute(folder.path) .. "/"
   -- a run that was continued with its copy has no other original
-  if original and host.file.absolute(original):sub(1, #inside) ~= inside
-    and host.file.exists(original) == "file" then
+  if original and scripts.is_there(original) and original:sub(1, #inside) ~= inside then
     return original, true
   end
   return folder:scripts_path() .. "/" .. tostring(folder.config.run.script), false
+end
+
+--- Those of recorded scripts whose originals, beside the script at `path`, have other texts now.
+---@param path string
+---@param recorded { file: string, sha256: string }[]
+---@return { file: string, text: string }[]
+function scripts.changed(path, recorded)
+  local list, base = {}, source.folder_of(path)
+  for _, each in ipairs(recorded) do
+    local text = source.read(base .. "/" .. each.file)
+    if text and host.sha256(text) ~= each.sha256 then
+      list[#list + 1] = { file = each.file, text = text }
+    end
+  end
+  return list
 end
 
 --- Runs the script of a folder: the original, else the copy.

@@ -19,9 +19,8 @@ function study_file.exists(folder)
   return host.file.exists(folder .. "/" .. study_file.NAME) == "file"
 end
 
--- Is a run outside of the folder, or reached through a link?
-local function leaves(folder, path)
-  if ("/" .. path .. "/"):find "/%.?%.?/" or path:find "%z" then return true end
+-- Is a run reached through a link?
+local function has_link(folder, path)
   local place = folder
   for part in path:gmatch "[^/]+" do
     place = place .. "/" .. part
@@ -36,7 +35,8 @@ end
 ---@return "own"|"other"|"edited"|"none" owner
 ---@return string|nil key name of the key that sealed it
 function study_file.read(folder)
-  local path = folder .. "/" .. study_file.NAME
+  local path, seen = folder .. "/" .. study_file.NAME, {}
+  source.refuse_links(folder, 1)
   local text, message = source.read_own(path)
   if not text then failure.raise_damaged(message) end
   local study, owner, key = seal.open(text, "")
@@ -47,9 +47,12 @@ function study_file.read(folder)
     problem = select(2, rule(study, ""))
   end
   for k, run in ipairs(not problem and study.runs or {}) do
-    if leaves(folder, run.path) then
+    if has_link(folder, run.path) then
       problem = ("runs[%d].path: expected a folder below this one, without links"):format(k)
+    elseif seen[run.path] then
+      problem = ("runs[%d].path: is that of runs[%d] too"):format(k, seen[run.path])
     end
+    seen[run.path] = k
   end
   if problem then failure.raise_damaged(("%s: %s"):format(path, (problem:gsub("%c", "?")))) end
   return study, owner, key

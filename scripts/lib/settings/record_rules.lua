@@ -5,6 +5,8 @@ local defaults = require "limax.settings.defaults"
 local records = require "limax.settings.records"
 local schema = require "limax.engine.schema"
 local settings = require "limax.settings.settings"
+local source = require "limax.base.source"
+local terminal = require "limax.base.terminal"
 
 local record_rules = {}
 
@@ -71,6 +73,24 @@ local function part(value, path)
   return not message and value or nil, message
 end
 
+-- A text of one line, which can be shown.
+local function line(value, path)
+  local result, message = text(value, path)
+  if result and (#result > 1000 or terminal.word(result) ~= result) then
+    return nil, path .. ": expected a line of at most 1000 characters that can be shown"
+  end
+  return result, message
+end
+
+-- The path of a file or folder below another one.
+local function below_folder(value, path)
+  local result, message = line(value, path)
+  if result and not source.is_below(result) then
+    return nil, path .. ": expected a path below this folder"
+  end
+  return result, message
+end
+
 local TYPES = {
   number = schema.number { minimum = -record_rules.LARGEST_SCORE,
     maximum = record_rules.LARGEST_SCORE },
@@ -78,6 +98,7 @@ local TYPES = {
   any = function(value) return value end, objects = schema.table, vector = schema.numbers(3),
   numbers = schema.list(finite, { expected = "a list of numbers" }),
   texts = schema.list(text, { expected = "a list of texts" }), hash = hash, part = part,
+  line = line, below = below_folder,
   file = schema.text("[%w_-]+%.json", "the name of a JSON file in this folder"),
   seed = schema.seed, lattice = settings.lattice(), choice = choice,
   population = schema.number(experiment.population),

@@ -124,11 +124,12 @@ return limax.experiment { name = "own", lattice = { 2, 2, 2 }, population = 4, g
   local function forge(from, to)
     forged.text(base .. "/r1", "config.json", function() return (config:gsub(from, to)) end)
   end
-  forge('"own.lua"', '"../../own.lua"')
+  forge('"seed": %d+', '"seed": 7')
   refused "r1/config.json was changed since it was sealed"
   for _, name in ipairs { "../../own.lua", "/own.lua" } do
     forge('"own.lua"', '"' .. name .. '"')
-    refused("run.scripts[2].file: expected a file below scripts/", "trust", "--yes", "r1")
+    process.fails(t, base, 1, { "trust", "--yes", "r1" },
+      "run.scripts[2].file: expected a path below this folder")
   end
 end)
 

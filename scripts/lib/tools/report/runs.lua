@@ -3,11 +3,11 @@
 --- progress is not disturbed.
 
 local arms = require "limax.tools.report.arms"
+local check = require "limax.run.check"
 local choice = require "limax.base.choice"
 local failure = require "limax.base.failure"
 local files = require "limax.run.files"
 local fitness = require "limax.fitness"
-local host = require "limax.host"
 local reader = require "limax.run.reader"
 local robot_file = require "limax.robot.robot_file"
 local schema = require "limax.engine.schema"
@@ -58,6 +58,10 @@ runs.is_folder = reader.is_run
 ---@return limax.report.folder
 function runs.read(path)
   local read = reader.read(path)
+  if read.journal.damage[1] then
+    failure.raise_damaged(("%s is damaged:\n%s"):format(terminal.word(path),
+      check.text(read.journal.damage)))
+  end
   local config, state, message = read.config, read.journal:state()
   config.name = terminal.word(config.name)
   local folder = { path = read.path, config = config, runs = {}, state = state, message = message,
@@ -233,18 +237,16 @@ end
 --- The robot file of a generation's champion.
 ---@param line table of metrics
 function runs.champion(run, line)
+  run.folder:file("champion", run.repetition, line.generation)
   return run.path .. "/" .. files.place("champion", run.repetition, line.generation)
 end
 
---- The champion of a generation as its robot file describes it; nil, message where the file is
---- missing.
+--- The champion of a generation as its robot file describes it.
 ---@param line table of metrics
 ---@return limax.robot.description|nil
 ---@return string|nil message
 function runs.description(run, line)
   local path = runs.champion(run, line)
-  if not host.file.exists(path) then return nil, path .. " is missing" end
-  run.folder:file("champion", run.repetition, line.generation)
   return failure.about(path, robot_file.read, path)
 end
 

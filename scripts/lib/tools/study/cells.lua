@@ -3,7 +3,6 @@
 local evolve = require "limax.evolution.evolve"
 local experiments = require "limax.experiment.experiment"
 local failure = require "limax.base.failure"
-local journal = require "limax.run.journal"
 local model_arms = require "limax.tools.study.model_arms"
 local record = require "limax.evolution.record"
 local resume = require "limax.run.resume"
@@ -19,10 +18,26 @@ local cells = {}
 ---@field generations integer
 ---@field best number|nil best_standard of the last generation
 
+-- Is this the configuration of a run of a sweep?
+local function is_planned(run, planned)
+  local overrides, changes = run.overrides, planned.changes
+  for k, change in ipairs(changes) do
+    if overrides[#overrides - #changes + k] ~= change then return false end
+  end
+  return run.repetition == planned.repetition
+end
+
 --- Is this run folder done? Another process may be writing it.
-function cells.is_done(path)
-  local found = runs.is_folder(path) and journal.read(path)
-  return found and found:state() == "done" or false
+---@param planned? limax.sweep.run of a sweep; a folder of another run, or of somebody else, is
+--- refused
+function cells.is_done(path, planned)
+  local found = runs.is_folder(path) and run_folder.read(path)
+  if not found or found.journal:state() ~= "done" then return false end
+  if planned and not (found.owner == "own" and is_planned(found.config.run, planned)) then
+    failure.raise(2, ("%s is not a run of this sweep, or is not sealed with your key: remove it, or"
+      .. " look at it and trust it: limax trust %s"):format(path, path))
+  end
+  return true
 end
 
 --- The result of a run folder with one repetition.

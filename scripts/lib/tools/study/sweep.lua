@@ -18,7 +18,8 @@ local sweep = {}
 
 ---@class limax.sweep
 ---@field out string absolute path of its folder
----@field script { path: string, sha256: string } of the script and the files that it requires
+---@field script { path: string, scripts: { file: string, sha256: string }[] } with the files that
+--- it requires
 ---@field runs limax.sweep.run[]
 ---@field owner "own"|"other"|"edited"|"none" whose plan it is (base/seal.lua)
 ---@field key string|nil name of the key that sealed it
@@ -28,14 +29,6 @@ local sweep = {}
 ---@field arm string
 ---@field repetition integer
 ---@field changes string[] "path=value"
-
--- A hash of the script and of the files that it requires.
-local function digest(experiment)
-  local hashes = {}
-  local _, copies = run_config.of(experiment, {})
-  for k, copy in ipairs(copies) do hashes[k] = copy.sha256 end
-  return host.sha256(table.concat(hashes, "\n"))
-end
 
 --- The sweep in a folder; ends the command where there is none.
 ---@return limax.sweep
@@ -55,21 +48,36 @@ function sweep.resume_command(self)
   return ("%s sweep --resume %s"):format(shell.same_ranks(), shell.path(self.out))
 end
 
--- Refuses a script that would make the runs of one sweep incomparable.
-local function check_script(self, experiment)
-  if digest(experiment) == self.script.sha256 then return end
+--- Refuses a plan of somebody else.
+function sweep.require_own(self)
+  if self.owner == "own" then return end
+  failure.raise(2, scripts.distrust(self.out, study_file.NAME, self.owner, self.key))
+end
+
+-- The script of an experiment and the files that it requires.
+local function script_of(experiment)
+  return { path = experiment.origin, scripts = run_config.of(experiment, {}).run.scripts }
+end
+
+local function refuse_script(self)
   failure.raise(2, ("%s, or a file that it requires, has changed since the sweep in %s began;"
     .. " restore it, or begin another sweep with another --out"):format(self.script.path,
     self.out))
+end
+
+-- Refuses a script that would make the runs of one sweep incomparable.
+local function check_script(self, experiment)
+  local now = host.json.encode(script_of(experiment).scripts)
+  if now ~= host.json.encode(self.script.scripts) then refuse_script(self) end
 end
 
 -- Takes the numbers of the runs that a folder already has; new ones follow them.
 local function extend(self, earlier)
   local by_path, list, known = {}, earlier.runs, {}
   for _, run in ipairs(self.runs) do by_path[run.path] = run end
-  for _, run in ipairs(list) do
+  for k, run in ipairs(list) do
     local now = by_path[run.path]
-    known[run.path] = true
+    known[run.path], list[k] = true, now
     if not now or table.concat(now.changes, "\n") ~= table.concat(run.changes, "\n") then
       failure.raise(2, ("%s holds another sweep, with %s (%s); continue it with: %s, or add to its"
         .. " lists, or name another --out"):format(self.out, run.path,
@@ -105,8 +113,7 @@ function sweep.plan(experiment, options)
   for _, point in ipairs(points) do
     experiment:override { ("repetitions=%d"):format(repetitions), unpack(point.changes) }
   end
-  local self = { out = out, runs = {},
-    script = { path = experiment.origin, sha256 = digest(experiment) } }
+  local self = { out = out, runs = {}, script = script_of(experiment) }
   -- repetition by repetition, so that a sweep that is stopped can be compared
   for repetition = 1, repetitions do
     for _, point in ipairs(points) do
@@ -117,12 +124,14 @@ function sweep.plan(experiment, options)
   if folders.is_folder(out) then
     failure.raise(2, ("%s is a run folder; name another --out"):format(out))
   end
+  source.refuse_links(out, 1)
   local made, message = host.file.mkdir(out .. "/.locks")
   if not made then failure.raise(2, message) end
   -- another process may extend the same plan
   local lock = lock_plan(out)
   if study_file.exists(out) then
     local earlier = sweep.open(out)
+    sweep.require_own(earlier)
     check_script(earlier, experiment)
     extend(self, earlier)
   end
@@ -134,7 +143,7 @@ end
 
 --- Is this run done?
 ---@param run limax.sweep.run
-function sweep.is_done(self, run) return cells.is_done(self.out .. "/" .. run.path) end
+function sweep.is_done(self, run) return cells.is_done(self.out .. "/" .. run.path, run) end
 
 --- The numbers of the runs that are not done.
 ---@return integer[]
@@ -161,8 +170,12 @@ end
 ---@param load fun(path: string): limax.experiment
 ---@return limax.experiment
 function sweep.experiment(self, load)
-  if self.owner ~= "own" then
-    failure.raise(2, scripts.distrust(self.out, study_file.NAME, self.owner, self.key))
+  sweep.require_own(self)
+  if not scripts.is_there(self.script.path) then
+    failure.raise(2, ("there is no file %s, the script of the sweep in %s"):format(
+      self.script.path, self.out))
+  elseif scripts.changed(self.script.path, self.script.scripts)[1] then
+    refuse_script(self)
   end
   local experiment = load(self.script.path)
   check_script(self, experiment)
