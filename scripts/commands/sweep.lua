@@ -59,7 +59,9 @@ local function chosen(arguments)
     local given = file or arguments.set[1] and "--set" or arguments.out and "--out"
       or arguments.repetitions and "--repetitions"
     if given then failure.raise(2, "--resume knows its plan: leave out " .. given) end
-    return sweep.open(arguments.resume)
+    local self = sweep.open(arguments.resume)
+    sweep.require_own(self)
+    return self
   end
   if arguments.run then failure.raise(2, "--run belongs to --resume") end
   if not file then failure.raise(2, "limax sweep: expected a FILE, or --resume DIR") end
@@ -74,7 +76,6 @@ local function run_one(self, arguments)
   if not one then
     failure.raise(2, ("--run %d: the sweep has %d runs"):format(number, #self.runs))
   end
-  sweep.require_own(self)
   local path = self.out .. "/" .. one.path
   local lock = sweep.claim(self, number)
   if not lock or sweep.is_done(self, one) then

@@ -53,8 +53,8 @@ local function show_run(folder)
   if run.path then show_original(run.path, run.scripts, "--resume if its text is the same, and with"
     .. " --changed") end
   for _, override in ipairs(run.overrides) do say("override  %s", override) end
-  local options = flat.add(type(supervisor) == "table" and supervisor or {}, "supervisor", {},
-    flat.text)
+  local options = type(supervisor) == "table" and next(supervisor)
+    and flat.add(supervisor, "supervisor", {}, flat.text) or {}
   for _, name in ipairs(choice.sorted_keys(options)) do say("%-9s %s", name, options[name]) end
 end
 

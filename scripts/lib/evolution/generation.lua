@@ -77,6 +77,13 @@ end
 
 local generation = { methods = Population }
 
+--- Frees simulations.
+---@param simulations limax.simulation[]
+---@param why string completes "this view ended when ..."
+function generation.free(simulations, why)
+  for _, simulation in ipairs(simulations) do simulation:free(why) end
+end
+
 --- Makes a generation from its fields: those of limax.population.scored, `before` and `decided`.
 ---@param world limax.world
 ---@param fields table
@@ -172,15 +179,23 @@ function generation.begin(robots)
   robots.timing.simulate = robots.timing.simulate + host.clock() - began
 end
 
+local function is_memory(value) return fault.is(value) and value.kind == "memory" end
+
+--- Gives the memory of a generation's simulations back: it begins again later, from the start.
+---@param robots limax.population.scored
+function generation.wait(robots)
+  if robots.going then generation.free(robots.going.steps.all, "there was no memory for it") end
+  robots.going, robots.waits = nil, true
+end
+
 --- Begins to simulate a generation beside others if the memory is enough; else it waits.
 ---@param robots limax.population.scored
 function generation.begin_beside(robots)
   if robots.waits then return end
   local fine, value, trace = failure.attempt(generation.begin, robots)
   if fine then return end
-  if not (fault.is(value) and value.kind == "memory") then failure.raise_again(value, trace) end
-  if robots.going then generation.free(robots.going.steps.all, "there was no memory for it") end
-  robots.going, robots.waits = nil, true
+  if not is_memory(value) then failure.raise_again(value, trace) end
+  generation.wait(robots)
 end
 
 -- Takes what the simulations gave.
@@ -225,6 +240,24 @@ function Population:simulate(on_progress)
   end
 end
 
+-- Simulations of some robots that are ready to be stepped. Where the memory is not enough beside
+-- other repetitions, these begin again later.
+local function prepared(robots, mask, materials, options)
+  local list
+  local function prepare()
+    list = simulations_of(robots, mask, materials, options)
+    for _, simulation in ipairs(list) do simulation:describe() end
+  end
+  local fine, value, trace = failure.attempt(prepare)
+  if fine then return list end
+  local make_room = is_memory(value) and robots.world.make_room
+  if not make_room then failure.raise_again(value, trace) end
+  generation.free(list or {}, "there was no memory for it")
+  make_room()
+  prepare()
+  return list
+end
+
 --- Some robots simulated once more, in each trial, under other materials or options. The population
 --- stays as it is.
 ---@param robots limax.population.scored
@@ -235,9 +268,8 @@ end
 ---@return limax.simulation[] simulations for the caller to free
 ---@return number seconds wall time of simulating
 function generation.again(robots, mask, materials, options)
-  local again, simulations = {}, simulations_of(robots, mask, materials, options)
-  -- compiles kernels and makes springs, which are not timed
-  for _, simulation in ipairs(simulations) do simulation:describe() end
+  -- kernels are compiled and springs made before the clock starts
+  local again, simulations = {}, prepared(robots, mask, materials, options)
   local began = host.clock()
   steps.finish(simulations)
   local seconds = host.clock() - began
@@ -255,13 +287,6 @@ function generation.again(robots, mask, materials, options)
       { materials = materials, options = options, traces = traces })
   end
   return again, simulations, seconds
-end
-
---- Frees simulations.
----@param simulations limax.simulation[]
----@param why string completes "this view ended when ..."
-function generation.free(simulations, why)
-  for _, simulation in ipairs(simulations) do simulation:free(why) end
 end
 
 --- Frees the simulations of a generation, and so its traces.

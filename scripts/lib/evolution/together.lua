@@ -67,6 +67,9 @@ function together.run(options)
   while queue[1] or left[1] do
     while #queue < options.at_once and left[1] do
       local run = options.begin(table.remove(left, 1))
+      run.world.make_room = function()
+        for _, other in ipairs(queue) do generations.wait(other.population) end
+      end
       run.ahead, run.population = generations.begin_beside, evolve.first(run)
       queue[#queue + 1] = run
     end

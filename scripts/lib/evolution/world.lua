@@ -33,6 +33,7 @@ local state = require "limax.run.state"
 ---@field first_step_material string that sets it
 ---@field limits limax.limit[] of a supervisor's proposals
 ---@field on_progress? fun(progress: table) while robots are simulated
+---@field make_room? fun() gives memory of other repetitions back
 ---@field say fun(text: string, key?: string) shows a warning once per key
 local World = {}
 World.__index = World

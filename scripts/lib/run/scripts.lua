@@ -27,8 +27,8 @@ function scripts.distrust(path, file, owner, key)
       shell.resume_command(path), trust)
   end
   local own = seal.key_name()
-  local whose = key and ("was sealed with key %s, yours is %s"):format(key, own or "not there")
-    or "is not sealed"
+  local whose = key and ("was sealed with key %s, %s"):format(key, own and "yours is " .. own
+    or "you have none") or "is not sealed"
   return ("%s %s: its script would run with your rights. Look at it and trust it: %s"):format(path,
     whose, trust)
 end

@@ -384,7 +384,7 @@ records.run = {
   { "not_in_paper", "texts?", "choices that are not from the paper, as the script states them" },
   { "run", "table", "" },
   { "run.repetition", "index?", "`--repetition`, if only one is computed", unit = "1" },
-  { "run.path", "text?", "absolute path of the script that returned the experiment" },
+  { "run.path", "line?", "absolute path of the script that returned the experiment" },
   { "run.script", "text?", "that script's name below `scripts/`" },
   { "run.scripts", "list", "the scripts and prompts below `scripts/`" },
   { "run.scripts[].file", "below", "its name there" },
@@ -401,7 +401,7 @@ records.run = {
 records.study = {
   { "schema", "text", "`limax.study/2`" },
   { "script", "table?", "of a sweep" },
-  { "script.path", "text", "absolute" },
+  { "script.path", "line", "absolute" },
   { "script.scripts", "list", "it and the files that it requires or names" },
   { "script.scripts[].file", "below", "relative to the script's folder, or the file's name" },
   { "script.scripts[].sha256", "text", "of its text" },
