@@ -14,7 +14,7 @@
 
 -- Writes files asynchronously and in order, until one fails: a job that is done implies all before
 -- it. Jobs count from 1. `write`, `write_array` and `append` return the number of the job, and size
--- and XXH3 of its bytes.
+-- and XXH3 of its bytes; of an array, which is hashed asynchronously, a placeholder of the hash.
 ---@class limax.host.writer
 ---@field write fun(self: limax.host.writer, path: string, text: string): integer, integer, string
 --- complete or not at all
@@ -23,6 +23,9 @@
 ---@field write_array fun(self: limax.host.writer, path: string): integer, integer, string
 ---@field append fun(self: limax.host.writer, path: string, text: string): integer, integer, string
 --- whole lines; not through a link
+---@field append_sealed fun(self: limax.host.writer, path: string, line: string, bytes: integer):
+--- integer a line of base/sealed.lua; placeholders in its first bytes are replaced
+---@field hash fun(self: limax.host.writer, job: integer): string of an array on disk, once
 ---@field remove fun(self: limax.host.writer, path: string): integer a file, which may be missing
 ---@field wait fun(self: limax.host.writer, job?: integer): true|nil, string|nil waits until jobs up
 --- to this one, or all, are on disk

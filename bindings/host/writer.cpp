@@ -1,7 +1,12 @@
 // writer.cpp: files written asynchronously: a thread carries out jobs in order and stops at the
 // first failure, so the jobs on disk are always the first ones. Numbers of jobs count from 1.
+//
+// The thread also hashes arrays, which takes long. Until then their hash is a placeholder of the
+// same length, "@" and the number of the job, which the thread replaces in a line that is appended
+// later.
 #include <signal.h>
 
+#include <algorithm>
 #include <condition_variable>
 #include <cstdint>
 #include <cstdio>
@@ -12,7 +17,9 @@
 #include <string>
 #include <system_error>
 #include <thread>
+#include <unordered_map>
 #include <utility>
+#include <vector>
 
 #include "durable.h"
 #include "guard.h"
@@ -23,13 +30,24 @@ namespace {
 
 const char* const writer_type = "limax.writer";
 
-enum class task { write, append, remove };
+enum class task { write, write_array, append, append_sealed, remove };
 
 struct job {
     std::string path;
     std::string bytes;
     task what;
+    std::size_t placeholders = 0;  // bytes of a sealed line that may contain some
 };
+
+constexpr std::size_t hash_digits = 16;
+
+std::string placeholder(std::uint64_t number) {
+    std::string digits = std::to_string(number);
+    return "@" + std::string(hash_digits - 1 - digits.size(), '0') + digits;
+}
+
+// Where the hash of a line of base/sealed.lua begins, and what it is of.
+constexpr std::size_t seal_at = sizeof R"({"hash":")" - 1, sealed_at = seal_at + hash_digits + 1;
 
 class writer {
 public:
@@ -68,15 +86,23 @@ public:
         return ++added_;
     }
 
-    // Memory for the bytes of a job: that of an earlier one, which costs no page faults.
-    std::string memory() {
-        const std::lock_guard lock(mutex_);
-        return std::exchange(spare_, {});
-    }
-
-    // Memory of so many bytes, which `take_array` returns.
+    // Memory of so many bytes, which `take_array` returns: that of an earlier array, which costs no
+    // page faults.
     char* array(std::size_t bytes) {
-        array_ = memory();
+        {
+            const std::lock_guard lock(mutex_);
+            const auto most = [](const std::string& a, const std::string& b) {
+                return a.capacity() < b.capacity();
+            };
+            const auto enough = [&](const std::string& each) { return each.capacity() >= bytes; };
+            std::sort(spares_.begin(), spares_.end(), most);
+            auto found = std::find_if(spares_.begin(), spares_.end(), enough);
+            if (found == spares_.end() && !spares_.empty()) --found;
+            if (found != spares_.end()) {
+                array_ = std::move(*found);
+                spares_.erase(found);
+            }
+        }
         array_.resize(bytes);
         return array_.data();
     }
@@ -98,13 +124,38 @@ public:
     // Jobs so far.
     std::uint64_t added() const { return added_; }
 
+    // The hash of an array that is on disk, once; empty for another job.
+    std::string take_hash(std::uint64_t number) {
+        const std::lock_guard lock(mutex_);
+        const auto found = hashes_.extract(placeholder(number));
+        return found ? std::move(found.mapped()) : std::string();
+    }
+
 private:
-    static void carry_out(const job& next) {
+    // Replaces the placeholders of a line, and then its own hash.
+    void complete(job& line) const {
+        const std::lock_guard lock(mutex_);
+        for (std::size_t at = sealed_at; at + hash_digits <= line.placeholders; ++at) {
+            if (line.bytes[at] != '@') continue;
+            const auto found = hashes_.find(line.bytes.substr(at, hash_digits));
+            if (found != hashes_.end()) line.bytes.replace(at, hash_digits, found->second);
+        }
+        const std::string_view rest = std::string_view(line.bytes).substr(sealed_at);
+        line.bytes.replace(seal_at, hash_digits, xxh3(rest.substr(0, rest.size() - 1)));
+    }
+
+    void carry_out(job& next, std::uint64_t number) {
         switch (next.what) {
             case task::remove: std::remove(next.path.c_str()); return;
             case task::write: return replace(next.path, next.bytes);
             case task::append: return append_own(next.path, next.bytes);
+            case task::append_sealed: complete(next); return append_own(next.path, next.bytes);
+            case task::write_array: break;
         }
+        std::string found = xxh3(next.bytes);
+        replace(next.path, next.bytes);
+        const std::lock_guard lock(mutex_);
+        hashes_[placeholder(number)] = std::move(found);
     }
 
     void work() {
@@ -114,16 +165,18 @@ private:
             wake_.wait(lock, [&] { return ends_ || has_work(); });
             if (!has_work()) return;
             job& next = jobs_.front();
+            const std::uint64_t number = done_ + 1;
             lock.unlock();
             std::string problem;
             try {
-                carry_out(next);
+                carry_out(next, number);
             } catch (const std::exception& found) {
                 problem = found.what();
             }
             lock.lock();
             if (problem.empty()) {
-                if (next.bytes.capacity() > spare_.capacity()) spare_ = std::move(next.bytes);
+                if (next.what == task::write_array && spares_.size() < most_spares)
+                    spares_.push_back(std::move(next.bytes));
                 jobs_.pop_front();
                 ++done_;
             }
@@ -137,9 +190,11 @@ private:
     std::deque<job> jobs_;     // the first one is in progress
     std::uint64_t added_ = 0;  // used by the thread that runs scripts
     std::uint64_t done_ = 0;
-    std::string array_;    // used by the thread that runs scripts
-    std::string spare_;    // of a job that is done, the longest one
-    std::string problem_;  // of the first job that failed
+    std::string array_;  // used by the thread that runs scripts
+    static constexpr std::size_t most_spares = 4;
+    std::vector<std::string> spares_;                      // of arrays that are on disk
+    std::unordered_map<std::string, std::string> hashes_;  // of arrays, by their placeholders
+    std::string problem_;                                  // of the first job that failed
     bool ends_ = false;
     std::thread thread_;
 };
@@ -148,8 +203,7 @@ writer& writer_argument(lua_State* L) {
     return *static_cast<writer*>(luaL_checkudata(L, 1, writer_type));
 }
 
-// Adds a job; returns its number, and size and hash of its bytes, which are hashed here, where they
-// are made.
+// Adds a job; returns its number, and size and hash of its bytes.
 int add_hashed(lua_State* L, job next) {
     const std::size_t size = next.bytes.size();
     const std::string hash = xxh3(next.bytes);
@@ -170,8 +224,34 @@ int lua_array(lua_State* L) {
     return 1;
 }
 
+// write_array(path): the job's number, the size of the array, and the placeholder of its hash
 int lua_write_array(lua_State* L) {
-    return add_hashed(L, {path_argument(L, 2), writer_argument(L).take_array(), task::write});
+    writer& target = writer_argument(L);
+    job next = {path_argument(L, 2), target.take_array(), task::write_array};
+    const std::size_t size = next.bytes.size();
+    const std::uint64_t number = target.add(std::move(next));
+    push(L, number);
+    push(L, size);
+    push(L, placeholder(number));
+    return 3;
+}
+
+// append_sealed(path, line, bytes): a line of base/sealed.lua, whose first bytes may contain
+// placeholders; returns the job's number
+int lua_append_sealed(lua_State* L) {
+    const std::string_view line = lines_argument(L, 3);
+    const lua_Number bytes = luaL_checknumber(L, 4);
+    luaL_argcheck(L, line.size() > sealed_at && line.back() == '\n', 3, "a sealed line");
+    luaL_argcheck(L, bytes >= 0 && bytes <= static_cast<lua_Number>(line.size()), 4,
+                  "a size in bytes");
+    return push(L, writer_argument(L).add({path_argument(L, 2), std::string(line),
+                                           task::append_sealed, static_cast<std::size_t>(bytes)}));
+}
+
+// hash(job): that of an array that is on disk, once
+int lua_hash(lua_State* L) {
+    const lua_Number number = luaL_checknumber(L, 2);
+    return push(L, writer_argument(L).take_hash(static_cast<std::uint64_t>(number)));
 }
 
 int lua_append(lua_State* L) {
@@ -219,6 +299,8 @@ void add_writer(lua_State* L) {
     add_function<lua_array>(L, "array");
     add_function<lua_write_array>(L, "write_array");
     add_function<lua_append>(L, "append");
+    add_function<lua_append_sealed>(L, "append_sealed");
+    add_function<lua_hash>(L, "hash");
     add_function<lua_remove>(L, "remove");
     add_function<lua_wait>(L, "wait");
     add_function<lua_done>(L, "done");

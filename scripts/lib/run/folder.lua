@@ -34,11 +34,15 @@ folder.is_run, folder.read = reader.is_run, reader.read
 
 -- ---- writing files ------------------------------------------------------------------------------
 
--- Notes which generations are on disk.
+-- Notes which generations are on disk, with the hashes of their arrays.
 local function update(self)
   local done = self.writer:done()
   while self.pending[1] and self.pending[1].job <= done do
     self.on_disk = table.remove(self.pending, 1).line
+    for _, part in pairs(self.on_disk.files) do
+      local job = part[2]:match "^@(%d+)$"
+      if job then part[2] = self.writer:hash(tonumber(job)) end
+    end
   end
 end
 
@@ -69,7 +73,8 @@ local function put(self, place, text)
   return { size, hash }
 end
 
--- The same of an array, whose header is followed by `size` bytes that `fill` writes.
+-- The same of an array, whose header is followed by `size` bytes that `fill` writes. Its hash is a
+-- placeholder until it is on disk.
 local function put_array(self, place, header, size, fill)
   local memory = ffi.cast("char *", self.writer:array(#header + size))
   ffi.copy(memory, header, #header)
@@ -89,8 +94,10 @@ end
 
 -- Appends a line to the journal.
 local function note(self, line, state_text)
-  local job = self.writer:append(self.journal.path, self.journal:add(line, state_text))
-  if line.kind == "generation" then table.insert(self.pending, { job = job, line = line }) end
+  local text, bytes = self.journal:add(line, state_text)
+  if line.kind ~= "generation" then return (self.writer:append(self.journal.path, text)) end
+  local job = self.writer:append_sealed(self.journal.path, text, bytes)
+  table.insert(self.pending, { job = job, line = line })
   return job
 end
 

@@ -145,17 +145,18 @@ function journal.read(folder)
   return self
 end
 
---- Adds a line to what is known, as it is written. Returns its text.
+--- Adds a line to what is known, as it is written.
 ---@param line table
 ---@param state? string JSON of the field `state`
----@return string
+---@return string text
+---@return integer bytes of it before the state
 function Journal:add(line, state)
   local json = host.json.encode(line)
   if state then json = ('%s,"state":%s}'):format(json:sub(1, -2), (state:gsub("\n$", ""))) end
   local text = sealed.add(json) .. "\n"
   self.bytes, self.last = self.bytes + #text, line
   visit[line.kind](self, line, 0)
-  return text
+  return text, #text - #(state or "")
 end
 
 --- The line of a generation; nil where there is none.

@@ -4,6 +4,7 @@ local ffi = require "ffi"
 
 local host = require "limax.host"
 local process = require "support.process"
+local sealed = require "limax.base.sealed"
 
 local suite = require("limax.test").suite "host"
 
@@ -268,15 +269,22 @@ suite:test("a writer works asynchronously and in order until a job fails", funct
   t:equal(writer:done(), 0)
   t:equal({ writer:wait() }, { true })
   ffi.copy(ffi.cast("char *", writer:array(12)), numbers, 12)
-  t:equal({ writer:write_array(path) }, { 1, 12, host.xxh3(ffi.string(numbers, 12)) })
-  for k = 2, 200 do t:equal(writer:append(folder .. "/lines", ("line %d\n"):format(k)), k) end
+  local job, size, token = writer:write_array(path)
+  t:equal({ job, size, token }, { 1, 12, "@000000000000001" })
+  -- only the first bytes of a line, those before a user's text, have their placeholders replaced
+  local line = sealed.add('{"a":"' .. token .. '","b":"' .. token .. '"}') .. "\n"
+  writer:append_sealed(folder .. "/sealed", line, line:find '"b"' - 1)
+  for k = 3, 200 do t:equal(writer:append(folder .. "/lines", ("line %d\n"):format(k)), k) end
   collectgarbage()
   t:ok(writer:wait(1))
   t:ok(process.read(path) == ffi.string(numbers, 12))
   t:ok(writer:wait())
+  local hash = host.xxh3(ffi.string(numbers, 12))
+  t:equal({ writer:hash(1), writer:hash(1) }, { hash, "" })
+  t:equal(sealed.open(process.read(folder .. "/sealed")), { a = hash, b = token })
   t:equal(writer:done(), 200)
   local lines = {}
-  for k = 2, 200 do lines[#lines + 1] = ("line %d\n"):format(k) end
+  for k = 3, 200 do lines[#lines + 1] = ("line %d\n"):format(k) end
   t:equal(process.read(folder .. "/lines"), table.concat(lines))
 
   -- nothing is written after a failure
