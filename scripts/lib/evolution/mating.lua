@@ -242,9 +242,9 @@ local function rows_of(robots, elites, parents, keep, homes)
     if not keep then rows.forget(all, i) end
   end
   for i = elites + 1, count do
-    local child, pair = all[i], parents.pairs[i]
-    child.id, child.generation, child.origin = generation * count + i, generation, "bred"
-    child.parents = { parents.rows[pair[1]].id, parents.rows[pair[2]].id }
+    local pair = parents.pairs[i]
+    rows.bear(all, i, generation, generation * count + i, parents.rows[pair[1]].id,
+      parents.rows[pair[2]].id)
   end
   for i = 1, homes and count or 0 do all[i].island = homes[i] end
   return all

@@ -227,15 +227,31 @@ end
 ---@param self limax.rows
 ---@param i integer
 function rows.set_status(self, i)
-  local robot = self[i]
-  for k, o in ipairs(rows.outcomes(robot)) do
-    local status, reason = outcome.status(o)
-    if self.facts.trials and status == "diverged" then
-      reason = ("trial %d: %s"):format(k, reason)
+  local robot, each = self[i], self.data[i - 1]
+  for k = 1, self.facts.trials or 1 do
+    local o = row.outcome_at(self, each, k)
+    if o.status ~= DONE then
+      local status, reason = outcome.status(o)
+      if self.facts.trials and status == "diverged" then
+        reason = ("trial %d: %s"):format(k, reason)
+      end
+      robot.status, robot.reason = status, reason
+      return
     end
-    robot.status, robot.reason = status, reason
-    if status ~= "done" then return end
   end
+  robot.status, robot.reason = "done", nil
+end
+
+--- Fills in robot i, which is bred from two others.
+---@param self limax.rows without values there
+---@param generation integer
+---@param id integer
+---@param first integer id of a parent
+---@param second integer
+function rows.bear(self, i, generation, id, first, second)
+  local each = self.data[i - 1]
+  each.id, each.generation, each.parents[0], each.parents[1] = id, generation, first, second
+  ffi.copy(each.origin, "bred")
 end
 
 --- Takes the outcomes of some robots from their simulations, one per trial.

@@ -315,7 +315,7 @@ suite:test("a writer works asynchronously and in order until a job fails", funct
   writer = nil
   collectgarbage()
   collectgarbage()
-  t:equal({ process.read(path), host.file.list(folder) }, { "50", { "lines", "rows" } })
+  t:equal({ process.read(path), host.file.list(folder) }, { "50", { "lines", "rows", "sealed" } })
 end)
 
 suite:test("hashes give the published values, for any bytes", function(t)
