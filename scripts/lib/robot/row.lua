@@ -50,6 +50,15 @@ function writers.text(each, name, value, all)
   if value then ffi.copy(each[name], value, math.min(#value, width)) end
 end
 
+-- A text of at most 8 bytes. Most robots have the same one: it is made once in a row.
+local last_bits, last_word = ffi.new "uint64_t", nil
+function readers.word(each, name, all)
+  local bits = ffi.cast("const uint64_t *", each[name])[0]
+  if bits ~= last_bits then last_bits, last_word = bits, readers.text(each, name, all) end
+  return last_word
+end
+writers.word = writers.text
+
 function readers.list(each, name, all)
   local memory, list = each[name], {}
   for k = 1, all.layout.places[name].field.count do
@@ -93,7 +102,7 @@ end
 -- Which of these a type of records.lua is read by; nil of the engine's structs.
 local function kind_of(field)
   local kind, list, optional = field[2]:match "^(%w+)(%[?%w*%]?)(%??)$"
-  if kind:match "^S" then return "text" end
+  if kind:match "^S" then return kind == "S8" and "word" or "text" end
   if kind == "measures" then return kind end
   if kind == "i8" then
     return list ~= "" and "ids" or optional == "?" and "whole_or_none" or "whole"

@@ -57,7 +57,13 @@ local function lay_out(self, facts)
   local array = structured.new(structured.layout(record_rules.robot_fields(facts)), self.count)
   self.facts, self.layout, self.data = facts, array.layout, array.data
   local blank = blank_of(self)
-  for i = 0, self.count - 1 do structured.copy(self, i, blank, 0, 1) end
+  structured.copy(self, 0, blank, 0, 1)
+  local filled = 1
+  while filled < self.count do
+    local more = math.min(filled, self.count - filled)
+    structured.copy(self, filled, self, 0, more)
+    filled = filled + more
+  end
   self.stamp = self.stamp + 1
 end
 
