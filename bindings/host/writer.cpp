@@ -7,6 +7,7 @@
 #include <signal.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <condition_variable>
 #include <cstdint>
 #include <cstdio>
@@ -146,7 +147,10 @@ private:
 
     void carry_out(job& next, std::uint64_t number) {
         switch (next.what) {
-            case task::remove: std::remove(next.path.c_str()); return;
+            case task::remove:
+                if (std::remove(next.path.c_str()) != 0 && errno != ENOENT)
+                    fail("remove", next.path);
+                return;
             case task::write: return replace(next.path, next.bytes);
             case task::append: return append_own(next.path, next.bytes);
             case task::append_sealed: complete(next); return append_own(next.path, next.bytes);

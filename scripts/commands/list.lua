@@ -27,7 +27,10 @@ local DEPTH = 3
 
 -- The run folders at `path` and below.
 local function folders_below(path, depth, list)
-  if runs.is_folder(path) then
+  local has_part = host.file.exists(path .. "/config.json", true)
+    or host.file.exists(path .. "/journal.jsonl", true)
+  -- one of the two may be missing
+  if has_part and (runs.is_folder(path) or host.file.exists(path .. "/r01") == "folder") then
     list[#list + 1] = path
     return list
   end

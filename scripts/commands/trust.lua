@@ -83,6 +83,8 @@ local function documents_of(path, study, folders)
     if not sealed then failure.raise(1, ("%s cannot be sealed: %s"):format(each.path, message)) end
     if each.folder and config.hash(text) ~= each.folder.config_hash then
       failure.raise(1, each.path .. " changed while it was read")
+    elseif each.folder and each.folder.is_edited then
+      failure.raise(1, each.folder:edited_text())
     end
     each.text, each.sealed = text, sealed
   end

@@ -4,6 +4,7 @@
 local ffi = require "ffi"
 
 local check = require "limax.run.check"
+local choice = require "limax.base.choice"
 local config = require "limax.run.config"
 local engine_population = require "limax.engine.population"
 local failure = require "limax.base.failure"
@@ -25,6 +26,7 @@ local structured = require "limax.base.structured"
 ---@field jobs table<integer, integer> the last job of a repetition's newest generation
 ---@field pending { job: integer, line: table }[] lines of the journal that are not on disk yet
 ---@field on_disk table|nil the line of the newest generation that is
+---@field found_newest table|nil the line of a generation that an earlier process wrote
 local Folder = setmetatable({}, { __index = reader.methods })
 Folder.__index = Folder
 
@@ -51,10 +53,10 @@ end
 function Folder:check(ok, message)
   update(self)
   if ok then return end
-  local text = "no generation is on disk yet"
-  if self.on_disk then
+  local text, newest = "no generation is on disk yet", self.on_disk or self.found_newest
+  if newest then
     text = ("everything up to generation %d of repetition %d is on disk; continue with: %s")
-      :format(self.on_disk.generation, self.on_disk.repetition, shell.resume_command(self.path))
+      :format(newest.generation, newest.repetition, shell.resume_command(self.path))
   end
   failure.raise_machine("disk", message .. "; " .. text)
 end
@@ -94,6 +96,7 @@ end
 
 -- Appends a line to the journal.
 local function note(self, line, state_text)
+  if line.kind ~= "generation" then line.at = self.journal.bytes end
   local text, bytes = self.journal:add(line, state_text)
   if line.kind ~= "generation" then return (self.writer:append(self.journal.path, text)) end
   local job = self.writer:append_sealed(self.journal.path, text, bytes)
@@ -221,6 +224,19 @@ function folder.take(path)
   return nil, used
 end
 
+-- Removes everything below a path that `is_needless` names, given the file's name, and parts of
+-- files.
+local function clean(self, path, is_needless)
+  for _, name in ipairs(host.file.list(path) or {}) do
+    local inner = path .. "/" .. name
+    if host.file.exists(inner, true) == "folder" then
+      clean(self, inner, is_needless)
+    elseif name:match "^%..*%.part$" or is_needless and is_needless(name) then
+      self:check(host.file.remove(inner))
+    end
+  end
+end
+
 -- Scripts, each under its name below `place`.
 local function write_scripts(self, place, scripts)
   for _, copy in ipairs(scripts) do write_now(self, place .. "/" .. copy.file, copy.text) end
@@ -230,6 +246,7 @@ end
 ---@param options { repetition: integer|nil, overrides: string[]|nil, own_loop: true|nil }
 function Folder:begin(experiment, options)
   local made, scripts = config.of(experiment, options)
+  clean(self, self.path)
   configure(self, made)
   write_scripts(self, "scripts", scripts)
   local text = seal.add(made)
@@ -271,20 +288,11 @@ function folder.open(path)
   -- as it is now that nobody else writes it
   read = folder.read(read.path)
   for name, value in pairs(read) do self[name] = value end
+  for _, r in ipairs(self:repetitions()) do
+    self.found_newest = self.journal:entry(r, self:last(r))
+  end
   configure(self, read.config)
   return self
-end
-
--- Refuses a damaged folder, and says from which generation it can go on.
-local function refuse_damage(self, damage)
-  local last, remedy = check.last_whole(self, damage), "restore what is damaged from a copy"
-  if check.is_unreadable(damage) then
-    remedy = "make every file readable, then continue with: " .. shell.resume_command(self.path)
-  elseif last then
-    remedy = ("everything up to generation %d is whole; go on from there with: %s --from %d")
-      :format(last, shell.resume_command(self.path), last)
-  end
-  failure.raise(1, ("%s is damaged:\n%s\n%s"):format(self.path, check.text(damage), remedy))
 end
 
 -- The repetitions that lose generations after `from`: those that are damaged, or all. Refuses what
@@ -314,6 +322,18 @@ local function cut_of(self, damage, from)
   return all
 end
 
+-- Refuses a damaged folder, and says from which generation it can go on.
+local function refuse_damage(self, damage)
+  local last, remedy = check.last_whole(self, damage), "restore what is damaged from a copy"
+  if check.is_unreadable(damage) then
+    remedy = "make every file readable, then continue with: " .. shell.resume_command(self.path)
+  elseif last and failure.attempt(cut_of, self, damage, last) then
+    remedy = ("everything up to generation %d is whole; go on from there with: %s --from %d")
+      :format(last, shell.resume_command(self.path), last)
+  end
+  failure.raise(1, ("%s is damaged:\n%s\n%s"):format(self.path, check.text(damage), remedy))
+end
+
 -- The damage that a cut leaves.
 local function remaining(damage, from)
   local rest = {}
@@ -323,17 +343,6 @@ local function remaining(damage, from)
     end
   end
   return rest
-end
-
--- Removes files of generations after the last one, and parts of files.
-local function clean(self, below, last)
-  local path = self.path .. below
-  for _, name in ipairs(host.file.exists(path, true) == "folder" and host.file.list(path) or {}) do
-    local generation = tonumber(name:match "^g(%d+)%.")
-    if name:match "^%..*%.part$" or generation and generation > last then
-      self:check(host.file.remove(path .. "/" .. name))
-    end
-  end
 end
 
 -- After a cut: the transcript without what belongs to later generations.
@@ -347,16 +356,36 @@ local function cut_transcript(self)
   end)))
 end
 
+-- Removes configurations that never came into force, and their scripts.
+local function cut_configurations(self)
+  local newest = tonumber(self.config_name:match "%d+") or 1
+  for _, name in ipairs(host.file.list(self.path) or {}) do
+    local number = tonumber(name:match "^config%-(%d+)%.json$" or name:match "^scripts%-(%d+)$")
+    local path = self.path .. "/" .. name
+    if number and number > newest and host.file.exists(path) == "folder" then
+      clean(self, path, function() return true end)
+    elseif number and number > newest then
+      self:check(host.file.remove(path))
+    end
+  end
+end
+
 -- Removes everything that the journal does not name.
 local function cut_files(self)
   self:check(host.file.truncate(self.journal.path, self.journal.bytes))
-  clean(self, "", math.huge)
+  cut_configurations(self)
+  clean(self, self.path)
   for _, name in ipairs(host.file.list(self.path) or {}) do
-    if name:match "^scripts" then clean(self, "/" .. name, math.huge) end
     local r = tonumber(name:match "^r(%d+)$")
     local last = r and self.journal:newest(r)
     for kind in pairs(r and files.PLACES or {}) do
-      clean(self, "/" .. source.folder_of(files.place(kind, r, 0)), last)
+      local path = ("%s/%s"):format(self.path, source.folder_of(files.place(kind, r, 0)))
+      clean(self, path, function(file)
+        local generation = tonumber(file:match "^g(%d+)%.")
+        local entry = generation and self.journal:entry(r, generation)
+        return generation and (not entry or entry.recent and generation <= last - files.RECENT
+          and choice.contains(files.REMOVED, kind))
+      end)
     end
     for _, growing in ipairs(r and files.GROWING or {}) do
       local place = files.growing(growing, r)

@@ -106,6 +106,8 @@ local function take(self, text, number)
   local problem = rule and select(2, rule(line, ""))
   if rule and line.kind ~= "begin" and not self.begins[1] then
     problem = "no process has begun to write"
+  elseif rule and line.at and line.at ~= self.bytes then
+    reason = "does not follow the lines that were before it"
   end
   if line and not rule then reason = "has a kind that limax does not know" end
   if problem then reason = "is invalid: " .. problem:gsub("%c", "?") end

@@ -21,6 +21,7 @@ local source = require "limax.base.source"
 ---@field config table in force
 ---@field config_name string its file
 ---@field config_hash string
+---@field is_edited boolean has the configuration another hash than in the journal?
 ---@field owner "own"|"other"|"edited"|"none" whose configuration it is (base/seal.lua)
 ---@field key string|nil name of the key that sealed it
 ---@field journal limax.journal
@@ -75,8 +76,15 @@ function reader.read(path)
   self.config_hash = config.hash(text)
   self.config, self.owner, self.key = config.parse(text, "")
   if not self.config then damaged(where, (self.owner:gsub("^: ", ""))) end
-  if read.config_hash and read.config_hash ~= self.config_hash then self.owner = "edited" end
+  self.is_edited = read.config_hash ~= nil and read.config_hash ~= self.config_hash
+  if self.is_edited then self.owner = "edited" end
   return self
+end
+
+--- What to say of a configuration that the journal does not name; nil if it does.
+function Reader:edited_text()
+  return self.is_edited and ("%s/%s was changed since it was written: its hash is not that in %s")
+    :format(self.path, self.config_name, journal.FILE) or nil
 end
 
 --- A reader that another rank made: of its scripts only.

@@ -23,8 +23,7 @@ function scripts.distrust(path, file, owner, key)
   local trust = "limax trust " .. shell.path(path)
   if owner == "edited" then
     return ("%s/%s was changed since it was sealed. Restore it; to change fields of a run: %s"
-      .. " --changed --set FIELD=VALUE; if the change is yours: %s"):format(path, file,
-      shell.resume_command(path), trust)
+      .. " --changed --set FIELD=VALUE"):format(path, file, shell.resume_command(path))
   end
   local own = seal.key_name()
   local whose = key and ("was sealed with key %s, %s"):format(key, own and "yours is " .. own

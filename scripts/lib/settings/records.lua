@@ -269,6 +269,7 @@ records.timing = {
 --- The lines of journal.jsonl, by their `kind`.
 records.journal = {
   begin = {
+    { "at", "whole", "where this line begins in the journal", unit = "bytes" },
     { "started", "text", "UTC, when a process began to write, as `2026-11-21T10:15:03Z`" },
     { "version", "text", "of limax" },
     { "commit", "text?", "that limax was built from" },
@@ -336,10 +337,12 @@ records.journal = {
     { "state", "any?", "of the experiment's functions, as the scores left it" },
   },
   cut = {
+    { "at", "whole", "where this line begins in the journal", unit = "bytes" },
     { "from", "whole", "later generations of these repetitions do not exist", unit = "1" },
     { "repetitions", "numbers", "", unit = "1" },
   },
   ["end"] = {
+    { "at", "whole", "where this line begins in the journal", unit = "bytes" },
     { "state", "state", "`done`, `stopped`, `failed`" },
     { "message", "text?", "why it failed" },
     { "ended", "text", "UTC" },

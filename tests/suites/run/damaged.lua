@@ -46,7 +46,8 @@ suite:test("a sealed line with a wrong field is named", { limit = 20 }, function
   local path = base .. "/r/journal.jsonl"
   for line, problem in pairs {
     ['{"kind":"generation","evaluations":-1}'] = "evaluations: expected a whole number from 0",
-    ['{"kind":"end","state":"fine","ended":"now"}'] = 'state: expected one of "done"',
+    ['{"kind":"end","at":0,"state":"done","ended":"now"}'] = "does not follow the lines",
+    ['{"kind":"end","at":0,"state":"fine","ended":"now"}'] = 'state: expected one of "done"',
     ['{"kind":"other"}'] = "has a kind that limax does not know" } do
     local text = source.read(path)
     assert(host.file.write_atomic(path, text .. sealed.add(line) .. "\n"))

@@ -58,6 +58,7 @@ runs.is_folder = reader.is_run
 ---@return limax.report.folder
 function runs.read(path)
   local read = reader.read(path)
+  if read.is_edited then failure.raise_damaged(read:edited_text()) end
   if read.journal.damage[1] then
     failure.raise_damaged(("%s is damaged:\n%s"):format(terminal.word(path),
       check.text(read.journal.damage)))
