@@ -13,10 +13,11 @@ status=0
 "$build/limax_tests" >"$build/limax_tests.log" 2>&1 &
 engine=$!
 trap 'kill $engine 2>/dev/null || true' EXIT
-# as many test files at once as there are cores, unless an argument sets another number or needs one process
+# limits are for hangs; as many test files at once as there are cores, unless an argument sets
+# another number or needs one process
 parallel=(-j "$jobs")
 [[ " $* " =~ " --"(update-golden|one-process|json-seq)" " ]] && parallel=()
-"$build/limax" test "${parallel[@]}" "$@" || status=1
+"$build/limax" test --limit 1200 "${parallel[@]}" "$@" || status=1
 wait $engine || status=1
 trap - EXIT
 cat "$build/limax_tests.log"

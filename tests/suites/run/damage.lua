@@ -1,11 +1,14 @@
 --- damage.lua: a damaged run folder is never continued silently: every file is verified first, the
---- message names it, and the run goes on from the last generation that is whole.
+--- message names file, line and field, nothing is changed elsewhere, and the run goes on from the
+--- last generation that is whole.
 
 local check = require "limax.run.check"
+local evolution = require "support.evolution"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
 local process = require "support.process"
 local reader = require "limax.run.reader"
+local sealed = require "limax.base.sealed"
 local source = require "limax.base.source"
 
 local suite = require("limax.test").suite "damage"
@@ -19,7 +22,7 @@ return limax.experiment { name = "tiny", lattice = { 2, 2, 2 }, population = 6, 
 
 local function write(path, text) assert(host.file.write_atomic(path, text)) end
 
--- A folder with a run of five generations, which was killed in the sixth.
+-- A folder with a run of five generations.
 local function make(t)
   local folder = t:folder()
   write(folder .. "/tiny.lua", (EXPERIMENT:gsub("FACTOR", "1")))
@@ -73,7 +76,7 @@ suite:test("of any file is found", function(t)
 end)
 
 suite:test("is refused with nothing changed, and the run goes on from what is whole",
-  { limit = 60 }, function(t)
+  function(t)
     local folder = make(t)
     local whole, run = folder .. "/r", folder .. "/copy"
     for _, case in ipairs {
@@ -105,25 +108,15 @@ suite:test("a file that cannot be read is not taken for a damaged one", function
   local folder = make(t)
   local path = folder .. "/r/r02/genomes/g0001.npy"
   t:ok(host.file.remove(path) and host.file.mkdir(path))
-  for _, extra in ipairs { {}, { "--from", "0" } } do
-    local refused = process.ends(folder, { "run", "--resume", "r", "-q", unpack(extra) })
-    t:equal({ refused.status, refused.stderr }, { 1, "limax: r is damaged:\n"
-      .. "  r02/genomes/g0001.npy could not be read (is not a regular file)\n"
-      .. "make every file readable, then continue with: " .. host.executable
-      .. " run --resume r\n" })
-  end
-end)
-
-suite:test("a generation that cannot be kept is refused", function(t)
-  local folder = make(t)
-  local refused = process.ends(folder, { "run", "--resume", "r", "--from", "9" })
-  t:equal(refused.status, 2)
-  t:ok(refused.stderr:find("--from 9: the last generation in r is 4", 1, true), refused.stderr)
+  local refused = process.ends(folder, { "run", "--resume", "r", "-q", "--from", "0" })
+  t:equal({ refused.status, refused.stderr }, { 1, "limax: r is damaged:\n"
+    .. "  r02/genomes/g0001.npy could not be read (is not a regular file)\n"
+    .. "make every file readable, then continue with: " .. host.executable .. " run --resume r\n" })
 end)
 
 -- The new fitness is smaller by a factor of a million: old scores of elites would win for ever.
 suite:test("a changed fitness that was interrupted never mixes with the old scores",
-  { limit = 60 }, function(t)
+  function(t)
     local folder = make(t)
     local dying = '1e-6 * (os.getenv "DIE" and os.execute "kill -9 $PPID" or 1)'
     write(folder .. "/tiny.lua", (EXPERIMENT:gsub("FACTOR", dying)))
@@ -152,16 +145,6 @@ suite:test("a change that a full disk interrupts leaves a run that goes on", fun
   process.completes(t, folder, { "list", "--check", "r" })
 end)
 
-suite:test("a file that is removed while the run goes on fails the run", function(t)
-  local folder = t:folder()
-  local removing = EXPERIMENT:gsub("FACTOR", 'os.remove(robot.generation == 3'
-    .. ' and "r/r01/genomes/g0001.npy" or "nothing") and 1 or 1')
-  write(folder .. "/tiny.lua", removing)
-  local done = process.ends(folder, { "run", "tiny.lua", "-q", "--out", "r" })
-  t:equal(done.status, 1)
-  t:ok(done.stderr:find("g0001.npy is gone: something else removed it", 1, true), done.stderr)
-end)
-
 suite:test("a folder that a killed process began is used; a taken name is left to the other",
   function(t)
     local folder = make(t)
@@ -184,3 +167,85 @@ suite:test("is named by the commands that read it", function(t)
       .. " not match its hash in journal.jsonl")
   end
 end)
+
+suite:test("a damaged configuration is refused with its field", function(t)
+  local base = make(t)
+  local path = base .. "/r/config.json"
+  local text = source.read(path)
+  local function changed(from, to)
+    write(path, (text:gsub(from, to)))
+    return process.ends(base, { "run", "--resume", "r", "-q" })
+  end
+  local done = changed('"overrides": %[%]', '"overrides": 7')
+  t:equal({ done.status, done.stderr },
+    { 1, "limax: r/config.json: run.overrides: expected a list of texts, got 7\n" })
+  done = changed('"population": 6', '"population": 8')
+  t:equal(done.status, 2)
+  t:ok(done.stderr:find("limax: r/config.json was changed since it was sealed", 1, true),
+    done.stderr)
+end)
+
+-- A line from somebody else may match its hash and still be no line of a run.
+suite:test("a sealed line with a wrong field is named", function(t)
+  local base = t:folder()
+  evolution.run(base .. "/r")
+  local path = base .. "/r/journal.jsonl"
+  for line, problem in pairs {
+    ['{"kind":"generation","evaluations":-1}'] = "evaluations: expected a whole number from 0",
+    ['{"kind":"end","at":0,"state":"done","ended":"now"}'] = "does not follow the lines",
+    ['{"kind":"end","at":0,"state":"fine","ended":"now"}'] = 'state: expected one of "done"',
+    ['{"kind":"other"}'] = "has a kind that limax does not know" } do
+    local text = source.read(path)
+    write(path, text .. sealed.add(line) .. "\n")
+    local done = process.ends(base, { "list", "--check", "r" })
+    t:ok(done.status == 1 and done.stdout:find("journal.jsonl, line 6", 1, true)
+      and done.stdout:find(problem, 1, true), done.stdout)
+    write(path, text)
+  end
+end)
+
+local function shell(command, ...)
+  local words = { ... }
+  for k, word in ipairs(words) do words[k] = process.quote(word) end
+  assert(os.execute(command:format(unpack(words))) == 0, command)
+end
+
+suite:test("a pipe in a folder is named, and does not stop limax list", function(t)
+  local base = t:folder()
+  evolution.run(base .. "/good")
+  for k, file in ipairs { "r01/metrics.jsonl", "journal.jsonl", "config.json" } do
+    local run = base .. "/bad" .. k
+    shell("cp -r %s/good %s && rm %s/" .. file .. " && mkfifo %s/" .. file, base, run, run, run)
+  end
+  local done = process.ends(base, { "list", "." })
+  t:equal(done.status, 0)
+  t:ok(done.stdout:find "good +done" and done.stdout:find "bad1 +damaged", done.stdout)
+  t:ok(done.stderr:find("bad1/r01/metrics.jsonl is a link, or no regular file", 1, true),
+    done.stderr)
+  process.fails(t, base, 2, { "run", "--resume", "bad2" },
+    "bad2/journal.jsonl is a link, or no regular file")
+end)
+
+suite:test("a link in a folder is refused by every command", function(t)
+  local base = make(t)
+  write(base .. "/kept", "kept")
+  for _, place in ipairs { "r01", "r01/robots", "r01/metrics.jsonl", "scripts", "scripts/tiny.lua",
+    "config.json", "journal.jsonl", "report.html" } do
+    shell("rm -rf %s/bad %s/elsewhere && cp -r %s/r %s/bad", base, base, base, base)
+    local path = base .. "/bad/" .. place
+    if host.file.exists(path) then
+      shell("mv %s %s/elsewhere && ln -s %s/elsewhere %s", path, base, base, path)
+    else
+      shell("ln -s %s/kept %s", base, path)
+    end
+    for _, words in ipairs { { "run", "--resume", "bad", "-q", "--changed", "--set",
+      "generations=6" }, { "report", "bad", "--no-robots" }, { "list", "--check", "bad" },
+      { "convert", "bad", "bad.csv", "--force" } } do
+      local done = process.ends(base, words)
+      t:ok(done.status > 0, place .. ": " .. table.concat(words, " "))
+    end
+    t:equal(source.read(base .. "/kept"), "kept")
+  end
+end)
+
+return suite
