@@ -35,7 +35,7 @@ local ENDLESS = {
   end,
 }
 
-suite:test("endless loops are stopped, compiled or not", { limit = 300 }, function(t)
+suite:test("endless loops are stopped, compiled or not", function(t)
   for _ = 1, 100 do hot() end
   for name, call in pairs(ENDLESS) do
     local recursion = name:find "recursion"
@@ -53,7 +53,7 @@ suite:test("endless loops are stopped, compiled or not", { limit = 300 }, functi
   end
 end)
 
-suite:test("a loop that allocates memory is stopped", { limit = 900 }, function(t)
+suite:test("a loop that allocates memory is stopped", function(t)
   local ok, message = failure.attempt_within(600, function()
     local list = {}
     for i = 1, 1e9 do list[i] = ("x"):rep(1e5) .. i end
@@ -64,7 +64,7 @@ suite:test("a loop that allocates memory is stopped", { limit = 900 }, function(
   t:ok(collectgarbage "count" < 5e5)
 end)
 
-suite:test("a nested call keeps the outer limit", { limit = 30 }, function(t)
+suite:test("a nested call keeps the outer limit", function(t)
   local ok, message = failure.attempt_within(0.2, function()
     t:equal({ failure.attempt_within(60, function(a) return a, 2 end, 1) }, { true, 1, 2 })
     local fine, inner = failure.attempt_within(60, function() error("inner", 0) end)
@@ -102,7 +102,7 @@ local function supervised(supervisor)
   return run.history, table.concat(printed, "\n")
 end
 
-suite:test("a supervisor that fails costs the change, and is reported", { limit = 60 },
+suite:test("a supervisor that fails costs the change, and is reported",
   function(t)
     local usual = failure.USER_SECONDS
     local cases = {

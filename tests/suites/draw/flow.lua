@@ -71,7 +71,7 @@ suite:test("flows in words", function(t)
   } do t:equal(world.words(world.of(scene)), words) end
 end)
 
-suite:test("film strips and pictures in the REPL have the arrows and the words", { limit = 20 },
+suite:test("film strips and pictures in the REPL have the arrows and the words",
   function(t)
     local scene = limax.scenes.land { wind = { velocity = { 0, 2, 0 }, drag = 0.01 },
       drag = { density = 1.2, current = { -0.5, 0, 0 } } }

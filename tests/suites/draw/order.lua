@@ -81,7 +81,7 @@ local function faces_of(size, edge, low, share, random, sight)
   return skin.visible(skin.faces(voxel, mass_at), points, COLORS, sight)
 end
 
-suite:test("no piece is painted over one in front of it", { limit = 120 }, function(t)
+suite:test("no piece is painted over one in front of it", function(t)
   local random = limax.engine.random(5, 1, "user")
   local function between(low, high) return low + (high - low) * random:uniform() end
   for _, name in ipairs(view.names) do
@@ -117,7 +117,7 @@ suite:test("no piece is painted over one in front of it", { limit = 120 }, funct
   end
 end)
 
-suite:test("faces of a body are painted in order", { limit = 30 }, function(t)
+suite:test("faces of a body are painted in order", function(t)
   local random = limax.engine.random(6, 1, "user")
   for _, name in ipairs { "side", "iso" } do
     local from = view.of[name]

@@ -61,7 +61,7 @@ suite:test("the same calls make pixels, SVG and PDF, and the same bytes each tim
 end)
 
 suite:test("stills and strips have the size, the times and the resolution of the options",
-  { limit = 20 }, function(t)
+  function(t)
     local base = t:folder()
     local file = robot_file(base)
     for _, from in ipairs(view.names) do
@@ -91,7 +91,7 @@ suite:test("stills and strips have the size, the times and the resolution of the
     t:equal(source.read(base .. "/walk.pdf"):sub(1, 5), "%PDF-")
   end)
 
-suite:test("an animation has a frame for each 1/25 s", { limit = 30 }, function(t)
+suite:test("an animation has a frame for each 1/25 s", function(t)
   local base = t:folder()
   local file = robot_file(base)
   picture(t, base, { file, "--out", "walk.gif", "--width", "120" })
@@ -112,7 +112,7 @@ suite:test("an animation has a frame for each 1/25 s", { limit = 30 }, function(
   t:ok(not host.file.exists(base .. "/walk.mp4.part.mp4"))
 end)
 
-suite:test("any robot of a run can be drawn, as it was simulated", { limit = 20 }, function(t)
+suite:test("any robot of a run can be drawn, as it was simulated", function(t)
   local base = t:folder()
   for k, encoding in ipairs { "fourier", "direct", { "symmetric", of = "cppn", axis = "y" } } do
     local folder = ("%s/r%d"):format(base, k)
@@ -132,7 +132,7 @@ suite:test("any robot of a run can be drawn, as it was simulated", { limit = 20 
   t:ok(done.stderr:find("r1 has no robot 999: it has 1 to 30", 1, true), done.stderr)
 end)
 
-suite:test("a run's last champion is drawn, wrong options are refused", { limit = 20 }, function(t)
+suite:test("a run's last champion is drawn, wrong options are refused", function(t)
   local base = t:folder()
   limax.start(evolution.small {}, { out = base .. "/r", say = evolution.silent }):finish()
   local done = picture(t, base, { "r", "--out", "r.png", "--times", "0" })

@@ -39,7 +39,7 @@ suite:test("terrain has the engine's heights, and continues beyond its border", 
   t:equal(world.height(terrain, 100, -100), 2.25)
 end)
 
-suite:test("obstacles are in the picture from every view", { limit = 30 }, function(t)
+suite:test("obstacles are in the picture from every view", function(t)
   for what, scene in pairs {
     box = limax.scenes.land { boxes = { from = { 0.35, -3, 0 }, to = { 3, 3, 0.08 } } },
     sphere = limax.scenes.land { spheres = { center = { 0.42, 0.1, 0 }, radius = 0.12 } } } do
@@ -69,7 +69,7 @@ suite:test("a wall behind the body is seen, one in front of it is transparent", 
   t:ok(veil < 20 and through < body, ("%d pixels"):format(veil))
 end)
 
-suite:test("boxes and ridges hide a robot behind them and not one in front", { limit = 20 },
+suite:test("boxes and ridges hide a robot behind them and not one in front",
   function(t)
     for name, scene_of in pairs {
       box = function(low, high)
@@ -135,7 +135,7 @@ suite:test("held masses are marked", function(t)
   t:ok(select(2, svg:gsub('stroke="#26282b" stroke%-width="2"', "")) >= 6, "thick edges")
 end)
 
-suite:test("each experiment's world, and any other, makes a picture", { limit = 60 }, function(t)
+suite:test("each experiment's world, and any other, makes a picture", function(t)
   local scenes = {
     far = limax.scenes.land { boxes = { from = { 1e5, 1e5, 0 }, to = { 1e6, 1e6, 1e6 } } },
     huge = limax.scenes.land { ground = false,

@@ -5,7 +5,7 @@ local instructions = require "limax.tools.bench.instructions"
 local suite = require("limax.test").suite "effects cost"
 
 suite:test("an effect costs its own instructions, and nothing if it is absent",
-  { limit = 1800, tags = { "cost" } }, function(t)
+  { tags = { "cost" } }, function(t)
     if not instructions.available() then t:skip "valgrind is not installed" end
     local cost = {}
     for _, effects in ipairs { "", "gravity", "ground", "gravity,ground",

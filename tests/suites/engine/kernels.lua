@@ -79,7 +79,7 @@ suite:test("a kernel built ahead of time, compiled or cached gives the same bits
   end)
 
 suite:test("without a compiler the smallest kernel that covers a scene gives the same bits",
-  { devices = { "cuda" }, limit = 120 }, function(t)
+  { devices = { "cuda" } }, function(t)
     need_compiler(t)
     local folder = t:folder()
     for _, effects in ipairs { "gravity", "gravity,ground", "damping,actuation" } do
@@ -94,7 +94,7 @@ suite:test("without a compiler the smallest kernel that covers a scene gives the
   end)
 
 suite:test("without a compiler a kernel for any lattice gives the same bits",
-  { devices = { "cuda" }, limit = 120 }, function(t)
+  { devices = { "cuda" } }, function(t)
     need_compiler(t)
     local folder = t:folder()
     for _, lattice in ipairs { "3 2 4", "4 7 3", "10 10 10", "20 6 9" } do

@@ -76,7 +76,7 @@ local function center(sample, masses)
 end
 
 for _, case in ipairs(CASES) do
-  suite:test(case[1], { limit = 20 }, function(t)
+  suite:test(case[1], function(t)
     local robot, record = limax.robot(case[2]), { position = 20, velocity = 20 }
     if case.scene.block then record.block = 20 end
     local done = robot:simulate { device = "cpu", precision = "double", record = record,

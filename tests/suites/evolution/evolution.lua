@@ -19,7 +19,7 @@ end
 
 for _, seed in ipairs(SEEDS) do
   suite:test(("seed %d: at least 1.5 times generation 0, and above random search"):format(seed),
-    { limit = 900, tags = { seed == SEEDS[1] and "slow" or "full" } }, function(t)
+    { tags = { seed == SEEDS[1] and "slow" or "full" } }, function(t)
       local history = limax.start(experiment(seed, 30, GENERATIONS), CPU):finish()
       local evaluations = 0
       for _, generation in ipairs(history) do evaluations = evaluations + generation.evaluations end

@@ -446,7 +446,7 @@ suite:test("an old entry that is read from the folder has the fields of one in m
   end)
 end)
 
-suite:test("memory does not grow with the generations of a run with a folder", { limit = 30 },
+suite:test("memory does not grow with the generations of a run with a folder",
   function(t)
     local held = {}
     local function measure(entry)

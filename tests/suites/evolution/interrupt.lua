@@ -113,7 +113,7 @@ limax.start(limax.experiment { lattice = { 2, 2, 2 }, population = 4, generation
 ]]
 
 suite:test("a user's function that loops is reported after 5 s, and Ctrl-C names it",
-  { limit = 60 }, function(t)
+  function(t)
     local children = {}
     for role, script in pairs { fitness = LOOPING:format("stuck", '"tournament"'),
       selection = LOOPING:format('"walk"', "stuck") } do

@@ -175,7 +175,7 @@ suite:test("scores again, and under the first materials, are of all trials", fun
   end
 end)
 
-suite:test("the commands show every trial", { limit = 30 }, function(t)
+suite:test("the commands show every trial", function(t)
   local base = t:folder()
   assert(host.file.write_atomic(base .. "/two.lua", [[
 local limax = require "limax"

@@ -61,7 +61,7 @@ suite:test("a supervisor reads the history, and its proposals and reasons are ke
   t:ok(#history[4].ledger.entries >= 4)
 end)
 
-suite:test("travels", { devices = "all", limit = 20 }, function(t)
+suite:test("travels", { devices = "all" }, function(t)
   local robot = limax.robot { voxels = "ecs\nece\n\nsbs\ncec" }:simulate {
     scene = limax.scenes.land(), duration = 2, device = t.device }
   t:near(robot:distance(), 0.1165, { rtol = 1e-3 })

@@ -70,7 +70,7 @@ suite:test("a device that this machine does not have", function(t)
   t:ok(not host.file.exists(folder .. "/r"))
 end)
 
-suite:test("material files", { limit = 60 }, function(t)
+suite:test("material files", function(t)
   local folder = t:folder()
   write_experiment(folder, 'fitness = "distance", materials = "mine.json"')
   assert(host.file.mkdir(folder .. "/inner"))
@@ -118,7 +118,7 @@ suite:test("the next free folder is taken and printed, one that is used is refus
   t:equal(source.read(folder .. "/runs/try-1/r01/metrics.jsonl"), before)
 end)
 
-suite:test("a full disk: one message, and whole generations stay", { limit = 60 },
+suite:test("a full disk: one message, and whole generations stay",
   function(t)
     local folder = t:folder()
     write_experiment(folder, 'fitness = "distance", genome = { hidden = { 4 } }', nil, 40)

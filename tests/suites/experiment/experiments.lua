@@ -43,7 +43,7 @@ local function run_of(name)
 end
 
 for _, name in ipairs(host.file.list(FOLDER)) do
-  suite:test(name, { tags = TAGS[name], limit = 300 }, function(t)
+  suite:test(name, { tags = TAGS[name] }, function(t)
     local folder, own = t:folder(), WORDS[name]
     local words = own and { FOLDER .. "/" .. name, unpack(own) } or run_of(name)
     local done = process.completes(t, folder, words)

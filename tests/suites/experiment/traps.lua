@@ -36,7 +36,7 @@ local function selection(text)
   return ("selection = function(population, random) %s end"):format(text)
 end
 
-suite:test("robots are read-only", { limit = 60 }, function(t)
+suite:test("robots are read-only", function(t)
   gives(t, 1, 'try.lua:5: a robot is read-only (assignment to "fitness")',
     fitness "robot.fitness = 7; return 1")
   gives(t, 1, "a robot is read-only", selection "population[1].fitness = 9; return 1, 2")
@@ -54,7 +54,7 @@ suite:test("robots are read-only", { limit = 60 }, function(t)
   end
 end)
 
-suite:test("names that do not exist", { limit = 60 }, function(t)
+suite:test("names that do not exist", function(t)
   gives(t, 0, 'a generation has no "bst"; did you mean "best"?',
     supervisor "return { mutation_rate = history[#history].bst }")
   gives(t, 0, 'parameters has no "mutationrate"',
@@ -69,7 +69,7 @@ suite:test("names that do not exist", { limit = 60 }, function(t)
     .. " assert(not (robots.archive or robots.island or robots.state)) end return experiment")
 end)
 
-suite:test("what a script may not change", { limit = 60 }, function(t)
+suite:test("what a script may not change", function(t)
   gives(t, 0, "a generation of the history is read-only", supervisor "history[#history].best = 9")
   -- a proposal made from the parameters of a generation is limited like any other
   gives(t, 0, "", supervisor [[
@@ -105,7 +105,7 @@ suite:test("what a script may not change", { limit = 60 }, function(t)
   gives(t, 1, "limax.fitness is read-only", "", "limax.fitness.mine = function() return 1 end")
 end)
 
-suite:test("results that say nothing", { limit = 60 }, function(t)
+suite:test("results that say nothing", function(t)
   gives(t, 0, "all 6 scored robots of generation 0 have the fitness 1", fitness "return 1")
   gives(t, 0, "the supervisor proposed nothing in all 2 generations",
     supervisor "local proposal = { mutation_rate = 0.2 }")
@@ -118,7 +118,7 @@ suite:test("results that say nothing", { limit = 60 }, function(t)
     'require("limax.test").suite "x"', "")
 end)
 
-suite:test("names of the library", { limit = 60 }, function(t)
+suite:test("names of the library", function(t)
   gives(t, 1, 'limax.supervise has no "rules": an experiment names it by its text, "rules"',
     "supervisor = limax.supervise.rules")
   local folder = t:folder()
@@ -129,7 +129,7 @@ suite:test("names of the library", { limit = 60 }, function(t)
   t:ok(done.stderr:find("it holds runs, such as runs/try-1: limax list runs", 1, true), done.stderr)
 end)
 
-suite:test("fields in the wrong place or form", { limit = 60 }, function(t)
+suite:test("fields in the wrong place or form", function(t)
   gives(t, 2, "mutation_rate: unknown field; it belongs in breeding = { mutation_rate = ... }",
     "mutation_rate = 0.1")
   gives(t, 2, "trials[1].actuation: unknown field", "trials = { limax.scenes.land() }")

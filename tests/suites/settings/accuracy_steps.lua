@@ -46,7 +46,7 @@ suite:test("the chosen step is the longest below which all steps fit", function(
   t:near(bench_ranking.perturbed(1e-4, 20), 0.05 / 501, { rtol = 1e-15 })
 end)
 
-suite:test("--tune prints a line for the script", { limit = 60 }, function(t)
+suite:test("--tune prints a line for the script", function(t)
   local folder = t:folder()
   write(folder .. "/small.lua", WALKERS)
   process.completes(t, folder, { "run", "small.lua", "--out", "r", "-q" })
@@ -123,7 +123,7 @@ print(tiers.measured(engine.device("cpu", { threads = 3 })).publish.elite_regret
   tiers.measured(engine.device("cpu", { isa = "baseline" })))
 ]]
 
-suite:test("--accuracy sets all fields of a tier, and prints its measured cost", { limit = 30 },
+suite:test("--accuracy sets all fields of a tier, and prints its measured cost",
   function(t)
     local folder = t:folder()
     local cached = { before = "XDG_CACHE_HOME=" .. process.quote(folder .. "/cache") }
