@@ -144,23 +144,6 @@ suite:test("an island without a scored robot begins anew from all others", funct
   end
 end)
 
-suite:test("rows of the archive may be parents on every island", function(t)
-  local rows, count = {}, 0
-  local history = finished(three { archive = { "grid", descriptors = { "contact" } },
-    survival = function(robots)
-      for _, row in ipairs(robots.archive) do rows[row.id] = true end
-      return { robots.ranked[1] }, robots.archive
-    end })
-  for i = 1, 12 do
-    local robot = history[5].population[i]
-    if robot.origin == "bred" then
-      count = count + 1
-      t:ok(rows[robot.parents[1]] and rows[robot.parents[2]], "parents in the archive")
-    end
-  end
-  t:equal(count, 6) -- on each island one robot went on and one came
-end)
-
 suite:test("MAP-Elites has an archive on each island, which migrants enter", function(t)
   local spec = three({ survival = "map_elites", generations = 6,
     archive = { "grid", descriptors = { "muscle_share" }, cells = 5 } }, { every = 1 })
