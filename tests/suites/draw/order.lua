@@ -117,13 +117,4 @@ suite:test("no piece is painted over one in front of it", function(t)
   end
 end)
 
-suite:test("faces of a body are painted in order", function(t)
-  local random = limax.engine.random(6, 1, "user")
-  for _, name in ipairs { "side", "iso" } do
-    local from = view.of[name]
-    local faces = faces_of(4, 0.25, { 0, 0, 0 }, 0.6, random, from.sight)
-    t:ok(check_order(t, from, {}, faces, random) > 5, name)
-  end
-end)
-
 return suite

@@ -140,11 +140,8 @@ suite:test("a run's last champion is drawn, wrong options are refused", function
   t:equal((png_size(source.read(base .. "/r.png"))), 800)
   local file = robot_file(base)
   for words, text in pairs {
-    [{ file }] = "--out FILE is missing",
     [{ file, "--out", "x.bmp" }] = ".png, .svg, .pdf, .gif or .mp4",
     [{ file, "--out", "x.png", "--times", "0,9" }] = '--times: "9": expected seconds from 0 to 0.5',
-    [{ file, "--out", "x.svg", "--dpi", "300" }] = "--dpi: only a .png stores it",
-    [{ file, "--out", "x.mp4", "--transparent" }] = "--transparent: an .mp4 cannot be transparent",
     [{ file, "--out", "x.png", "--width", "90" }] = "6 poses side by side have 9 px each",
     [{ "none.json", "--out", "x.png" }] = "none.json is neither a robot file nor a run folder",
   } do

@@ -23,11 +23,10 @@ local function field(height_at)
     terrain = { spacing = 0.05, origin = { -1, -1, 0 }, heights = heights } }
 end
 
--- Pixels of the body and of obstacles, and the frame.
-local function seen(scene, width)
+-- Pixels of the body.
+local function seen(scene)
   local film = motion.of(painted.walked_in(scene), { 0 })
-  local count, frame = painted.colors_of(film, "side", width)
-  return painted.body_pixels(count, film), painted.pixels_of(count, world.hex), frame
+  return painted.body_pixels(painted.colors_of(film, "side"), film)
 end
 
 suite:test("terrain has the engine's heights, and continues beyond its border", function(t)
@@ -37,18 +36,6 @@ suite:test("terrain has the engine's heights, and continues beyond its border", 
   -- bilinear: the mean of four in the middle
   t:equal(world.height(terrain, -0.75, 2.25), 2.25)
   t:equal(world.height(terrain, 100, -100), 2.25)
-end)
-
-suite:test("obstacles are in the picture from every view", function(t)
-  for what, scene in pairs {
-    box = limax.scenes.land { boxes = { from = { 0.35, -3, 0 }, to = { 3, 3, 0.08 } } },
-    sphere = limax.scenes.land { spheres = { center = { 0.42, 0.1, 0 }, radius = 0.12 } } } do
-    local film = motion.of(painted.walked_in(scene), { 0 })
-    for _, name in ipairs(view.names) do
-      local pixels = painted.pixels_of(painted.colors_of(film, name), world.hex)
-      t:ok(pixels > 200, ("%s from %s: %d pixels"):format(what, name, pixels))
-    end
-  end
 end)
 
 suite:test("a wall behind the body is seen, one in front of it is transparent", function(t)
@@ -92,29 +79,6 @@ suite:test("a slope is seen as one: up is against gravity", function(t)
   -- nothing to stand on, or no gravity: z stays up
   t:equal(world.of({ gravity = { acceleration = { 3, 0, -9 } } }).up, { 0, 0, 1 })
   t:equal(world.of({ ground = { height = 0 } }).up, { 0, 0, 1 })
-end)
-
-suite:test("a simulation in progress is drawn as it is, with its block", function(t)
-  local moving = limax.robot { voxels = painted.VOXELS }:begin { duration = 1, settle = 0,
-    scene = limax.scenes.land { block = { position = { 0.5, 0, 0 }, velocity = { 1, 0, 0 } } } }
-  local function block_now()
-    local film = motion.now(moving.finished(), moving:positions():table(), moving.time)
-    t:ok(next((painted.colors_of(film, "side"))))
-    return film.poses[1].block[1][1]
-  end
-  local before = block_now()
-  moving:go(0.1)
-  t:ok(block_now() > before + 0.02, "the block has moved")
-end)
-
-suite:test("the film strip names what is there", function(t)
-  local svg = sheet.film_strip(painted.walked_in(limax.scenes.land {
-    spheres = { center = { 1, 0, 0 }, radius = 0.1 }, block = { position = { 0.5, 0, 0 } },
-    boxes = { { from = { 2, 0, 0 }, to = { 3, 1, 1 } }, { from = { 4, 0, 0 }, to = { 5, 1, 1 } } },
-  }))
-  for _, text in ipairs { ">ground, 2 boxes, 1 sphere<", ">obstacle<", ">block<" } do
-    t:ok(svg:find(text, 1, true), text)
-  end
 end)
 
 suite:test("held masses are marked", function(t)
@@ -163,7 +127,8 @@ suite:test("each experiment's world, and any other, makes a picture", function(t
       t:ok(name == "within" or painted.body_pixels(count, film) > 100, name)
     end
     local svg = sheet.film_strip(walked)
-    t:ok(not svg:lower():find("nan", 1, true) and not svg:find("inf", 1, true), name)
+    t:ok(host.xml(svg) and not svg:lower():find("nan", 1, true) and not svg:find("inf", 1, true),
+      name)
     t:ok(#svg < 600e3, ("%s: %d bytes"):format(name, #svg))
   end
 end)

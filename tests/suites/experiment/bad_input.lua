@@ -32,26 +32,18 @@ suite:test("options, files and fields out of range", function(t)
     'local e = require("limax").experiment { fitness = "walk" }\n'))
   assert(host.file.write_atomic(folder .. "/colon.lua",
     'return require("limax"):experiment { fitness = "walk" }\n'))
-  assert(host.file.write_atomic(folder .. "/called.lua", 'local limax = require "limax"\n'
-    .. "return limax.experiment { fitness = limax.fitness.walk() }\n"))
   assert(host.file.write_atomic(folder .. "/p.png", "\137PNG\r\n\26\n\0\0\0\rIHDR"))
-  assert(host.file.write_atomic(folder .. "/p.json", "{}"))
   for _, case in ipairs {
-    { "run", 2, "expected a FILE" },
     { "run p.png", 2, "p.png is not a Lua script: it has bytes that are not text" },
-    { "run p.json", 1, "p.json is not a Lua script: p.json:1: " },
     { "run nothing.lua", 2, "nothing.lua returns no experiment" },
     { "idle.lua", 0, "idle.lua made an experiment and did nothing with it" },
     { "colon.lua", 2, "write limax.experiment { ... }, with a dot" },
-    { "run called.lua", 1, "called.lua:2: limax.fitness.walk: expected a robot that was" },
     { "run try.lua --repetition 2", 2, "the experiment has 1" },
     { "run try.lua --changed", 2, "--changed belongs to --resume" },
     { "run try.lua --together --apart", 2, "exclude each other" },
     { "run try.lua --resume r", 2, "leave out try.lua" },
     { "run --resume r", 2, "r is not a run folder" },
-    { "run try.lua --set simulation.time_step=3e-4", 2, "the nearest that does" },
     { "run try.lua --out try.lua", 2, "try.lua is a file" },
-    { "run try.lua --out try.lua/r", 2, "cannot make the folder" },
     { "run try.lua --out /proc/limax/r", 2, "cannot make the folder" },
   } do
     local words = {}

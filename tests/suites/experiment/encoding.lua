@@ -162,7 +162,6 @@ suite:test("a wrong encoding or variation is refused with place and remedy", fun
   refused("genome.encoding: expected a name or a table, got a function",
     { encoding = own.express })
   refused("genome.encoding.express: ", { encoding = { genes = 3 } })
-  refused("genome.encoding.genes: ", { encoding = { express = own.express } })
   refused("genome.encoding.genes: its result: ",
     { encoding = { genes = function() return 0 end, express = own.express } })
   refused('genome.sigma: the encoding "direct" does not use it',
@@ -176,9 +175,7 @@ suite:test("a wrong encoding or variation is refused with place and remedy", fun
       for _, i in ipairs(robots) do work(robots, i) end
     end } }
   end
-  fails("index 9 is out of range", one(function(robots, i) robots:voxels(i)[9] = 1 end))
   fails("material 7", one(function(robots, i) robots:voxels(i)[1] = 7 end))
-  fails("nan", one(function(robots, i) robots:weights(i)[1][1] = 0 / 0 end))
   fails("robot 1 is none of these", { mutation = function(robots) robots:genes(1) end })
   fails("robots:random: a body depends on its genes only", one(function(robots, i)
     robots:random(i)

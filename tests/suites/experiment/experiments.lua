@@ -1,5 +1,5 @@
 --- experiments.lua: every file of scripts/experiments runs, reduced to two generations of a few
---- robots, and begins with a description, its duration, and the command that runs it.
+--- robots.
 
 local evolution = require "support.evolution"
 local host = require "limax.host"
@@ -62,24 +62,5 @@ for _, name in ipairs(host.file.list(FOLDER)) do
     t:equal(evolution.state(folder .. "/run"), "done")
   end)
 end
-
-suite:test("each begins with a description, its duration and its command", function(t)
-  for _, name in ipairs(host.file.list(FOLDER)) do
-    local text = source.read(FOLDER .. "/" .. name)
-    local opening = {}
-    for line in text:gmatch "([^\n]*)\n" do
-      local words = line:match "^%-%-%-%s?(.*)$"
-      if not words then break end
-      opening[#opening + 1] = words
-    end
-    local header = table.concat(opening, " ")
-    t:ok(header:find(name .. ": ", 1, true) == 1, name .. " does not begin with its name")
-    local long = header:find "seconds?" or header:find "minutes?" or header:find "hours?"
-    t:ok(long or header:find "took %d+ s[ ,]", name .. " does not state its duration")
-    t:ok(header:find("limax run scripts/experiments/" .. name, 1, true)
-      or header:find("limax scripts/experiments/" .. name, 1, true),
-      name .. " does not say how it is run")
-  end
-end)
 
 return suite

@@ -59,18 +59,6 @@ fitness:test("each has its formula", function(t)
   end
 end)
 
-fitness:test("distance gives the cases of equal parts", function(t)
-  local robot = limax.robot { voxels = "ecs\nece" }:simulate { duration = 0.6,
-    record = { center_of_mass = 50 } }
-  local whole, cases = limax.fitness.get({ "distance", axis = "x", cases = 3 }).call(robot)
-  t:equal(#cases, 3)
-  t:near(cases[1] + cases[2] + cases[3], whole)
-  t:near(whole, robot:distance { axis = "x" })
-  local distance, none = limax.fitness.get("distance").call(robot)
-  t:near(distance, robot:distance())
-  t:equal(none, nil)
-end)
-
 fitness:test("a measure of what was not recorded names the entry to add", function(t)
   local robot = walker()
   robot.context.options.record = { energy = 100 }
@@ -101,17 +89,6 @@ end)
 
 local scenes = require("limax.test").suite "scenes"
 
-scenes:test("each is a scene that the engine takes", function(t)
-  local land = engine.scene(limax.scenes.land()):table()
-  t:equal(land.gravity.acceleration, { 0, 0, -9.81 })
-  t:ok(land.ground and land.friction and land.damping and land.actuation)
-  local air = engine.scene(limax.scenes.air { gravity = false }):table()
-  t:ok(not air.ground and not air.friction and not air.gravity and air.actuation)
-  local fast = engine.scene(limax.scenes.land { actuation = { frequency = 3 }, friction = false })
-  t:equal(fast:table().actuation.frequency, 3)
-  t:equal(fast:table().friction, nil)
-end)
-
 scenes:test("a misspelt option or effect is refused at the caller's line", function(t)
   t:raises('scenes.stairs.stp: unknown field; did you mean "step"?',
     function() limax.scenes.stairs { stp = 0.1 } end)
@@ -136,9 +113,6 @@ scenes:test("stairs, a corner, and rough land that follows its seed", function(t
   local stairs = limax.scenes.stairs { step = 0.1, depth = 0.5, count = 3, start = 2 }
   t:equal(#stairs.boxes, 3)
   t:equal(stairs.boxes[3], { from = { 3, -2, 0 }, to = { 3.5, 2, 0.1 * 3 } })
-  local corner = engine.scene(limax.scenes.corner { distance = 0.7, friction = false }):table()
-  t:equal(corner.planes[1].offset, -0.7)
-  t:equal(corner.friction, nil)
   local one, same = limax.scenes.rough { size = 2 }, limax.scenes.rough { size = 2 }
   local other = limax.scenes.rough { size = 2, seed = 2 }
   t:equal(one, same)
@@ -148,8 +122,6 @@ scenes:test("stairs, a corner, and rough land that follows its seed", function(t
   for _, row in ipairs(one.terrain.heights) do
     for _, height in ipairs(row) do t:ok(height <= 0 and height >= -0.05) end
   end
-  t:raises("scenes.stairs.count: expected a whole number from 1 to 16, got 2.5",
-    function() limax.scenes.stairs { count = 2.5 } end)
   t:raises("2 to 512 are possible", function() limax.scenes.rough { size = 1000 } end)
 end)
 
@@ -191,17 +163,4 @@ diversity:test("the better half is rounded up, and order changes no bit", functi
   t:same_bits(other.all, values.all)
   t:same_bits(other.top, values.top)
   t:equal(limax.diversity.measure(population, {}, MATERIALS), {})
-end)
-
-diversity:test("measures of a scored population by name", function(t)
-  local population = { engine = bodies { "eeeeeeee", "eeeecccc", "........" }, ranked = { 2, 1 },
-    materials = MATERIALS }
-  t:near(limax.diversity.hamming(population), 0.5)
-  t:equal(limax.diversity.hamming(population, "top"), 0)
-  t:equal(limax.diversity.distinct(population, "all"), 2)
-  t:equal(limax.diversity.genotype(population), nil)
-  t:equal(limax.diversity.material_shares(population), { empty = 0, ["expanding muscle"] = 0.75,
-    ["contracting muscle"] = 0.25, ["soft tissue"] = 0, bone = 0 })
-  t:raises('expected "all" or "top"', function() limax.diversity.hamming(population, "best") end)
-  t:raises("expected a scored population", function() limax.diversity.genotype {} end)
 end)

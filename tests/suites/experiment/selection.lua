@@ -125,12 +125,6 @@ suite:test("lexicase keeps specialists, epsilon lets the generalist in", functio
   t:equal(counts_of({ "lexicase", epsilon = "mad" }, three, 100)[3], 200)
 end)
 
-suite:test("lexicase draws among robots with equal cases", function(t)
-  local counts = counts_of("lexicase", scored({ 1, 1, 0 }, { { 2 }, { 2 }, { 1 } }), 2000)
-  t:equal(counts[3], 0)
-  t:near(counts[1], 2000, { rtol = 0.05 })
-end)
-
 suite:test("lexicase refuses populations without comparable cases", function(t)
   local lexicase, random = limax.selection.get "lexicase", stream()
   t:raises("robot 2 has no cases", function() lexicase(scored({ 1, 2 }, { { 1 } }), random) end)

@@ -1,16 +1,11 @@
---- robots.lua: robots by hand (letters, weights, lattice), robot files without loss, and pictures
---- of robots in the terminal and as SVG.
+--- robots.lua: robots by hand (letters, weights, lattice), robot files without loss, film strips.
 
 local limax = require "limax"
-local body = require "limax.robot.body"
-local body_picture = require "limax.draw.body_picture"
 local sheet = require "limax.draw.sheet"
 local host = require "limax.host"
 local process = require "support.process"
 local robot_file = require "limax.robot.robot_file"
 local source = require "limax.base.source"
-local terminal = require "limax.base.terminal"
-local text_plot = require "limax.draw.text_plot"
 local engine = limax.engine
 
 local MATERIALS = engine.materials "paper"
@@ -70,12 +65,9 @@ end)
 letters:test("each mistake raises its message at the script's line", function(t)
   local mistakes = {
     { { voxels = "ecx" }, 'layer 1, line 1: unknown letter "x"; the letters are . (empty), e' },
-    { { voxels = "ec\ne" }, "layer 1, line 2 has 1 letters where the first line has 2" },
     { { voxels = "ec\nec\n\nec" }, "layer 2 has 1 lines where layer 1 has 2" },
     { { voxels = "..\n.." }, "the body is empty" },
-    { { voxel = "e" }, 'did you mean "voxels"?' },
     { { voxels = "e", weights = { phase = 2 } }, "expected a weight from 0 to 1, got 2" },
-    { { voxels = "ec", weights = { phase = { { { 1 } }, { {} } } } }, "at voxel (2, 1, 1)" },
     { { voxels = "ec", weights = { stiffness = { 0.5, 1 } } },
       "weights.stiffness[1]: expected numbers as [x][y][z], got 0.5" },
     { { voxels = "e", materials = "papr" }, 'did you mean "paper"?' },
@@ -84,18 +76,6 @@ letters:test("each mistake raises its message at the script's line", function(t)
   for _, mistake in ipairs(mistakes) do
     local message = t:raises(mistake[2], function() limax.robot(mistake[1]) end)
     t:ok(message:match "^[^\n]*robots.lua:%d+: ", message)
-  end
-end)
-
-letters:test("simulate checks its options", function(t)
-  local robot = limax.robot { voxels = "e" }
-  local mistakes = {
-    { { duratoin = 1 }, 'did you mean "duration"?' },
-    { { scene = { gravty = true } }, 'did you mean "gravity"?' },
-    { { device = "tpu" }, "auto, cpu or cuda" },
-  }
-  for _, mistake in ipairs(mistakes) do
-    t:raises(mistake[2], function() robot:simulate(mistake[1]) end)
   end
 end)
 
@@ -230,33 +210,7 @@ files:test("a damaged file raises with file, field, value and range", function(t
   t:raises("robot file", function() limax.robot(t:folder()) end)
 end)
 
--- ---- pictures ----------------------------------------------------------------------------------
-
-local pictures = require("limax.test").suite "pictures"
-
-pictures:test("a film strip is well-formed XML with six poses and a ruler", function(t)
-  local path = t:folder() .. "/strip.svg"
-  local robot = limax.robot { voxels = "ecs\nece\n\nsbs\ncec" }
-  for _, scene in ipairs { limax.scenes.land(), limax.scenes.slope { angle = 0.6 } } do
-    local walked = sheet.write_film_strip(path, robot, { title = 'a < b & "c"\1', scene = scene,
-      duration = 2 })
-    t:equal(walked.status, "done")
-    local text = source.read(path)
-    t:ok(host.xml(text))
-    t:equal(select(2, text:gsub(" s</text>", "")), 6)
-    t:ok(text:find("2.00 s", 1, true) and text:find("centre of mass", 1, true))
-    t:ok(not text:find("nan", 1, true) and not text:find("inf", 1, true))
-    -- the ruler covers the distance; its numbers have no plus, as those of the panels have
-    local reach, marks = walked:distance() + 2 * walked:length(), 0
-    for mark in text:gmatch ">(%-?[%d.]+) m</text>" do
-      t:ok(math.abs(tonumber(mark)) < reach, mark)
-      marks = marks + 1
-    end
-    t:ok(marks >= 2)
-  end
-end)
-
-pictures:test("a film strip shows the same walk to the bit, and none that diverges", function(t)
+files:test("a film strip shows the same walk to the bit, and none that diverges", function(t)
   local path = t:folder() .. "/robot.json"
   local simulated = limax.robot({ voxels = "ecs\nece\n\nsbs\ncec" }):simulate { duration = 0.5,
     record = { center_of_mass = 50, energy = 100 } }
@@ -271,51 +225,4 @@ pictures:test("a film strip shows the same walk to the bit, and none that diverg
   t:equal(none, nil)
   t:ok(message:find("diverged", 1, true))
   t:equal(host.file.exists(path .. ".svg"), nil)
-end)
-
-local PLAIN = { color = false, ascii = true, width = 80 }
-local COLOR = { color = true, ascii = false, width = 80 }
-
-local function picture(title, text)
-  return { title = title, layers = body.layers(text), materials = MATERIALS:table().materials }
-end
-
-pictures:test("bodies are printed side by side where the width allows", function(t)
-  local left, right = picture("one", "ec\nsb\n\n..\nee"), picture("two", "cc\ncc\n\nbb\nbb")
-  local text = body_picture.side_by_side({ left, right }, PLAIN)
-  t:equal(text, table.concat({
-    "one           two       ",
-    "z=1   z=2     z=1   z=2 ",
-    "e c   . .     c c   b b ",
-    "s b   e e     c c   b b ",
-  }, "\n"))
-  local narrow = body_picture.side_by_side({ left, right }, { color = false, width = 10 })
-  for line in narrow:gmatch "[^\n]+" do t:ok(terminal.width(line) <= 10, line) end
-  local colored = body_picture.side_by_side({ left, right }, COLOR)
-  t:ok(colored:find("\27[48;5;", 1, true))
-  t:equal(colored:gsub("\27%[[%d;]*m", ""), text)
-end)
-
-pictures:test("a plot stays within its width, and within ASCII if required", function(t)
-  local series = { { name = "mean", points = {}, color = 1, dotted = true },
-    { name = "best", points = {}, color = 2 } }
-  for k = 0, 39 do
-    series[1].points[k + 1], series[2].points[k + 1] = { k, k / 20 - 1 }, { k, k / 10 }
-  end
-  local text = text_plot.draw(series, { style = PLAIN, x = "generation", y = "fitness" })
-  t:ok(not text:find "[\128-\255\27]")
-  for line in text:gmatch "[^\n]+" do t:ok(#line <= 80, line) end
-  t:ok(text:find("3.9", 1, true) and text:find("-1 ", 1, true) and text:find("generation", 1, true))
-  local fine = text_plot.draw(series, { style = COLOR })
-  for line in fine:gmatch "[^\n]+" do t:ok(terminal.width(line) <= 80, line) end
-  -- one point or a flat line
-  for _, points in ipairs { { { 0, 1 } }, { { 0, 2 }, { 5, 2 } }, { { 0, 0 } } } do
-    local flat = text_plot.draw({ { name = "a", points = points, color = 1 } }, { style = PLAIN })
-    t:ok(not flat:find "nan" and flat:find("*", 1, true))
-  end
-end)
-
-pictures:test("a table has aligned columns", function(t)
-  local text = terminal.table({ "name", "score" }, { { "a", 1.5 }, { "bcdef", "-" } }, PLAIN)
-  t:equal(text, "name   score\na        1.5\nbcdef      -")
 end)

@@ -101,9 +101,6 @@ suite:test("a tier is recognised by all of its fields", function(t)
   local own = limax.experiment { fitness = "walk",
     simulation = { accuracy = "publish", precision = "double" } }.config
   t:equal(tiers.of(own.simulation), nil)
-  t:equal(tiers.price(nil), "not measured here: limax bench accuracy")
-  t:equal(tiers.price { elite_regret = 0.012, tau = 0.97, relative_to_paper = 0.05 },
-    "elite regret 1.2 %, tau 0.970, 0.05 of the time of the paper's step")
   -- of several populations the worst regret, the smallest tau and the mean price
   local summary = tiers.summary { ranking = { rows = {
     { tier = "evolve", elite_regret = 0.01, tau = 0.9, relative_to_paper = 0.1,
@@ -152,25 +149,5 @@ suite:test("--accuracy sets all fields of a tier, and prints its measured cost",
     write(folder .. "/cache/limax/accuracy.json", "{")
     t:ok(run("d"):find("not measured here", 1, true))
   end)
-
-suite:test("options that do not fit are refused", function(t)
-  local folder = t:folder()
-  write(folder .. "/small.lua", WALKERS)
-  write(folder .. "/none.lua", "return 3")
-  write(folder .. "/other.json", host.json.encode(limax.robot { voxels = "ecs\nece" }:table()))
-  local function refused(words, text, status)
-    local done = process.fails(t, folder, status, { "bench", unpack(words) }, text)
-    t:equal(select(2, done.stderr:gsub("\n", "")), 1)
-  end
-  refused({ "accuracy", "--section", "rankin" },
-    '--section "rankin": unknown; did you mean "ranking"?', 2)
-  refused({ "accuracy", "--section", "evolutions" }, "--section evolutions needs --full", 2)
-  refused({ "accuracy", "--champion", "other.json" }, "--champion belongs to --tune FILE", 2)
-  refused({ "effects", "--tune", "small.lua" }, "--tune belongs to limax bench accuracy", 2)
-  refused({ "accuracy", "--tune", "none.lua" }, "--tune none.lua: it returns no experiment", 2)
-  refused({ "accuracy", "--tune", "small.lua", "--champion", "other.json" },
-    "--champion other.json: its lattice is 3x2x1, the experiment's is 2x2x2", 2)
-  refused({ "accuracy", "--section", "ranking", "--out", "small.lua/x" }, "--out: ", 1)
-end)
 
 return suite
