@@ -22,16 +22,10 @@ misuse:test("raises at the caller's line, with the expected value", function(t)
     function() engine.population { lattice = { 1, 1, 1 }, conut = 1 } end)
   there("population:genome: expected an index from 1 to 2, got 3", function() p:genome(3) end)
   there("expected a material table, got a device", function() p:express(engine.device "cpu") end)
-  there("expected true or false, got 1", function() p:check(MATERIALS, { require_muscle = 1 }) end)
-  there("count: expected a whole number from 0 to 1, got 2",
-    function() p:check(MATERIALS, {}, 2, 2) end)
   there("expected a pair for each of 2 children", function() p:breed(p, { { 1, 1 } }, {}) end)
   there("expected 19008 bytes (2 robots of 2376 genes)", function() p:set_genomes "abc" end)
   there("bytes (2 robots of 2376 genes), or as many floats as from genomes_array, got 9504",
     function() p:set_genomes(robots(1):genomes_array()) end)
-  there('encoding.genes: only network "none" takes it',
-    function() engine.encoding { lattice = LATTICE, genes = 3 } end)
-  there("letters: expected a letter for each material", function() p:text(1, ".e") end)
   -- methods called with a point instead of a colon
   for name, call in pairs {
     ["population:genomes_bytes"] = function() p.genomes_bytes(3) end,
@@ -48,7 +42,6 @@ misuse:test("of scenes, options and materials too", function(t)
   there("expected true, false or a table of its fields, got 3",
     function() engine.scene { ground = 3 } end)
   there("springs act in every scene", function() engine.scene { springs = false } end)
-  there("ground: a scene has it once", function() engine.scene { ground = { {}, {} } } end)
   local function terrain(pattern, heights)
     there(pattern, function() engine.scene { terrain = { heights = heights } } end)
   end
@@ -57,15 +50,9 @@ misuse:test("of scenes, options and materials too", function(t)
   local function simulation(pattern, options, mask)
     there(pattern, function() engine.simulation(p, MATERIALS, scene, options, nil, mask) end)
   end
-  simulation('expected one of "symplectic_euler", "leapfrog", "rk4", "xpbd", got "rk45"',
-    { integrator = "rk45" })
   simulation("expected a list of 1, true or false", {}, { true, true })
   there('got "stifness"; did you mean "stiffness"?', function() MATERIALS:field "stifness" end)
   there("stiffness", function() MATERIALS:copy():set(2, "stiffness", -1) end)
-  there("seed: expected a whole number from 0 to 2^53",
-    function() engine.random("18446744073709551616", 1, "user") end)
-  there("repetition: expected a whole number from 1 to 16777215",
-    function() engine.random(1, 2 ^ 24, "user") end)
   local random = engine.random(1, 1, "user")
   for _, wrong in ipairs { { 0 }, { 1.5 }, { 0 / 0 }, { "3" }, { 5, 4 }, { 1, 2 ^ 32 } } do
     there("random:integer: expected a whole number from 1 to 2^32 - 1, or two of them",
@@ -102,11 +89,6 @@ misuse:test("of a body changes nothing", function(t)
     function() p:set_body(1, voxels, { phase = 2 }) end)
   t:equal(p:voxels(1), before)
   t:equal(p:weights(1), weights)
-end)
-
-misuse:test("is reported at the user's line and not in the library", function(t)
-  raises_there(t, 'limax has no "fitnes"; did you mean "fitness"?',
-    function() return limax.fitnes end)
 end)
 
 -- ---- freed objects and lifetimes ----------------------------------------------------------------

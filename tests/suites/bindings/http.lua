@@ -69,10 +69,6 @@ suite:test("misuse raises an error", function(t)
   for expected, changed in pairs {
     ["unknown field 'tmeout'"] = { tmeout = 1 }, ["timeout must be a number"] = { timeout = "1" },
     ["value must not contain a line break"] = { headers = { a = "x\r\nHost: y" } },
-    ["name of a header must not contain a line break"] = { headers = { ["a\nHost"] = "y" } },
-    ["connect_timeout must be a number of seconds above 0, at most 30"] = { connect_timeout = 31 },
-    ["largest must be a number of bytes"] = { largest = 0 },
-    ["allow_insecure must be true or false"] = { allow_insecure = 1 },
   } do
     changed.url = "http://127.0.0.1:1/"
     t:raises(expected, function() host.http(changed) end)

@@ -92,22 +92,6 @@ trips:test("seeds as numbers, digits and 64-bit integers", function(t)
   t:ok(first "9007199254740993" ~= first "9007199254740992")
 end)
 
-trips:test("random numbers are functions of their counters", function(t)
-  local function draws(...)
-    local random, list = engine.random(...), {}
-    for i = 1, 50 do list[i] = i % 2 == 0 and random:uniform() or random:normal() end
-    return list, random
-  end
-  local list, random = draws(1, 2, "selection", 3, 4)
-  t:same_bits(draws(1, 2, "selection", 3, 4), list)
-  t:equal(random.draw, 50)
-  t:ok(draws(1, 2, "selection", 3, 5)[1] ~= list[1] and draws(1, 2, "user", 3, 4)[1] ~= list[1])
-  for _ = 1, 60 do
-    local face = random:integer(6)
-    t:ok(face >= 1 and face <= 6)
-  end
-end)
-
 -- ---- simulation objects -------------------------------------------------------------------------
 
 local objects = test.suite "simulation objects"

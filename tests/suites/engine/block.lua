@@ -40,17 +40,6 @@ suite:test("a body that runs into a block pushes it along", { devices = "all" },
   t:near(limax.fitness.carry(robot, { axis = "x" }), 2 * later.displacement[1])
 end)
 
-suite:test("a block moves less if it is heavier or has more friction", function(t)
-  local function distance(mass, kinetic)
-    return thrown(nil, { mass = mass }, { scene = { gravity = true, ground = true, damping = true,
-      friction = { kinetic = kinetic }, block = { mass = mass, position = { 0.32, -0.05, 0 },
-        size = { 0.3, 0.3, 0.2 } } } }):block().distance
-  end
-  local light = distance(1, 0.6)
-  t:ok(distance(5, 0.6) < light, "mass should hold it")
-  t:ok(distance(1, 0.9) < light, "friction should hold it")
-end)
-
 suite:test("a robot file with a block replays to the same bits", { devices = "all" }, function(t)
   local robot = thrown({ block = 50 }, nil, nil, t.device)
   local path = t:folder() .. "/pusher.json"
@@ -58,13 +47,6 @@ suite:test("a robot file with a block replays to the same bits", { devices = "al
   local again = limax.robot(path):simulate { device = t.device }
   t:same_bits(again:block(), robot:block())
   t:same_bits(again:trace("block"):table(), robot:trace("block"):table())
-end)
-
-suite:test("a film strip draws the block", function(t)
-  local sheet = require "limax.draw.sheet"
-  local svg = sheet.film_strip(thrown { position = 50, block = 50 })
-  t:ok(svg:find(">block<", 1, true), "the legend should name it")
-  t:ok(not svg:lower():find("nan", 1, true))
 end)
 
 suite:test("the state of a block can be read while it moves", { devices = "all" }, function(t)
@@ -90,8 +72,6 @@ suite:test("errors name what a block does not support", function(t)
   t:raises("record.block needs the effect 'block'", function()
     limax.robot { voxels = VOXELS }:simulate { duration = 0.1, record = { block = 50 } }
   end)
-  t:raises("was not recorded; add the entry", function() thrown():trace "block" end)
-  t:raises("scene.block.mass", function() thrown(nil, { mass = 0 }) end)
   for _, integrator in ipairs { "rk4", "xpbd" } do
     t:raises("the scene has block", function()
       thrown(nil, nil, { integrator = integrator, scene = { block = true } })

@@ -55,39 +55,4 @@ suite:test("it walks against its wave under every integrator", { devices = "all"
   t:ok(middle / way[1] > 0.25 and middle / way[1] < 0.75, middle / way[1])
 end)
 
-suite:test("the gait needs the wave, the muscles and friction", { devices = "all" },
-  function(t)
-    local function way(options) return math.abs(five_seconds(t, options):displacement()[1]) end
-    local walks = way {}
-    t:ok(way { scene = limax.scenes.land { actuation = false } } < 0.02 * walks, "no muscles")
-    local ice = limax.scenes.land { actuation = DRIVE, friction = false }
-    t:ok(way { scene = ice } < 0.2 * walks, "on ice")
-    -- with all muscles in phase it only bounces
-    local in_step = limax.robot { voxels = "eeeee\neeeee\n\nsssss\nsssss",
-      weights = { phase = 0 } }
-    local bounced = in_step:simulate(t:with { scene = limax.scenes.land { actuation = DRIVE },
-      settle = 0.5, duration = 5, time_step = "auto" })
-    t:ok(math.abs(bounced:displacement()[1]) < 0.3 * walks, bounced:displacement()[1])
-  end)
-
-suite:test("a slowly driven muscle's length follows L0 (1 + a sin(2 pi f t))",
-  { devices = "all" }, function(t)
-    -- half of the amplitude 0.25, without a phase
-    local robot = limax.robot { voxels = "e", weights = { amplitude = 0.5, phase = 0 } }
-    local frequency = 0.5 -- Hz: fifty times slower than the voxel's own modes
-    local moved = robot:simulate(t:with { settle = 0, duration = 2, time_step = 1e-4,
-      precision = "double", scene = { damping = true, actuation = { frequency = frequency } },
-      record = { position = 20, energy = 50 } })
-    local position = moved:trace "position"
-    -- after the ramp of a quarter period
-    for sample = 12, position:size() do
-      local time = (sample - 1) / position.rate
-      local width = position[sample][2][1] - position[sample][1][1]
-      local rest = 0.1 * (1 + 0.125 * math.sin(2 * math.pi * frequency * time))
-      -- inertia and damping add less than half a per cent of the amplitude of 12.5 mm
-      t:near(width, rest, { atol = 6e-5 })
-    end
-    t:ok(moved:energy().muscle_work > 0)
-  end)
-
 return suite

@@ -2,7 +2,6 @@
 
 local limax = require "limax"
 local evolution = require "support.evolution"
-local progress = require "limax.tools.console.progress"
 
 local steps = require("limax.test").suite "time steps"
 
@@ -29,7 +28,7 @@ steps:test("auto is not coarse at the speed of the start and of the drop", every
   t:ok(step_of { velocity = { 0, 0, -100 } } <= 1e-4)
 end)
 
-steps:test("coarse robots are counted in metrics, history and the log line", function(t)
+steps:test("coarse robots are counted in metrics and history", function(t)
   -- 12 mm and 8 mm per step; an edge is 100 mm
   local simulation = { duration = 0.4, settle = 0, time_step = 5e-4, velocity = { 24, 0, 0 } }
   local scene = { damping = true, actuation = true }
@@ -41,14 +40,6 @@ steps:test("coarse robots are counted in metrics, history and the log line", fun
   t:equal(fine.coarse, 0)
   t:equal(fine.population[fine.champion.index].coarse, false)
 
-  local text = ""
-  local line = progress.new { total = 2, repetitions = 1, quiet = false,
-    write = function(more) text = text .. more end }
-  line.bar = false
-  line:generation(fine, { simulate = 1, fitness = 0, breed = 0 })
-  t:ok(not text:find("coarse", 1, true), text)
-  line:generation(coarse, { simulate = 1, fitness = 0, breed = 0 })
-  t:ok(text:find(("failed 0  coarse %d  "):format(coarse.scored), 1, true), text)
 end)
 
 steps:test("a GPU refuses RK4 and the ledger by name", { devices = { "cuda" } }, function(t)
@@ -68,13 +59,9 @@ end)
 
 local ledgers = require("limax.test").suite "ledger of energy"
 
-local function recorded(options)
-  options.record, options.device = { ledger = 100, energy = 100 }, "cpu"
-  return walker:simulate(options)
-end
-
 ledgers:test("accounts for the energy of a walk", function(t)
-  local robot = recorded { settle = 0.2, duration = 1 }
+  local robot = walker:simulate { settle = 0.2, duration = 1, device = "cpu",
+    record = { ledger = 100, energy = 100 } }
   local ledger = robot:ledger()
   t:ok(ledger.muscles > 1 and ledger.damping < -1 and ledger.friction < -0.1
     and ledger.contact_damping < 0)
@@ -92,11 +79,4 @@ ledgers:test("accounts for the energy of a walk", function(t)
   local energy = robot:trace "energy"[101]:table()
   t:near({ ledger.kinetic, ledger.springs + ledger.contact, ledger.gravitational },
     { energy[1], energy[2], energy[3] }, { rtol = 1e-12 })
-end)
-
-ledgers:test("of a body at rest is zero", function(t)
-  local ledger = recorded { scene = { damping = true }, settle = 0, duration = 0.1 }:ledger()
-  t:near(ledger.change, 0, { atol = 1e-9 })
-  t:equal(ledger.muscles, 0)
-  t:ok(ledger.closure >= 0 and ledger.closure <= 1)
 end)

@@ -150,13 +150,10 @@ local REFUSED = {
   { "f = x \\ 2;", "'\\' is not a character" },
   { "x = f;", "'x' is an input" }, { "f = 1;", "'f' is a vector" }, { "", "never sets the force" },
   { "real a = 1; real a = 2; f = x;", "the name 'a' is taken" }, { "f = x * v;", "dot and cross" },
-  { "real dot = 1; f = x;", "taken" }, { "f = x + 1;", "added" }, { "f = 1 / x;", "divided" },
-  { "f = q;", "unknown name 'q'" }, { "real r = r; f = x;", "unknown name 'r'" },
-  { "f = x", nil }, { "f = x; f", "expected '='" }, { "f = (x;", "expected ')'" },
+  { "f = x + 1;", "added" }, { "f = q;", "unknown name 'q'" }, { "f = x", nil },
   { "f = x.w;", "a vector has x, y and z" }, { "f = m.x;", "no components" },
-  { "f = x * 1..2;", "expected ';'" }, { "f = 12ab * x;", "cannot be read" },
-  { "asm(\"\"); f = x;", "unknown name 'asm'" }, { "for (;;) f = x;", "unknown name 'for'" },
-  { "f = `x`;", "not a character" }, { "f = x; { }", "not a character" },
+  { "f = x * 1..2;", "expected ';'" }, { "asm(\"\"); f = x;", "unknown name 'asm'" },
+  { "for (;;) f = x;", "unknown name 'for'" }, { "f = `x`;", "not a character" },
   { "f = \195\164;", "byte 195" },
   { "f = " .. ("("):rep(1000) .. "x" .. (")"):rep(1000) .. ";", "levels" },
   { "f = x" .. (" + x"):rep(1000) .. ";", "more than 2000" },
@@ -171,24 +168,10 @@ suite:test("other text is refused, with its line", function(t)
   end
 end)
 
-suite:test("an error names the line in the user's file", function(t)
-  local here = debug.getinfo(1, "l").currentline
-  t:raises("scripted_effect.lua:" .. here + 5 .. "%)", function()
-    engine.scene { own = {
-      force = [[
-        vec towards = centre - x;
-        f = strength * toward;
-      ]], centre = { 0, 0, 1 }, strength = 1 } }
-  end)
-end)
-
 suite:test("the line of an error is that of its cause", function(t)
   for _, case in ipairs {
-    { "f = vec(1, 2)\n\n;", 1, "vec takes 3" }, { "f = x\nf += x;", 1, "';'" },
-    { "\nf.x = sin(x)\n;", 2, "sin takes numbers" }, { "bogus\n= 3;", 1, "unknown name" },
-    { "real a = x\n;f = x;", 1, "'a' is a number" }, { "f = 1 + x\n;", 1, "cannot be added" },
-    { "f = x *\nv\n;", 2, "dot and cross" }, { "f = x\n.w;", 2, "x, y and z" },
-    { "f = x;\nf = -\n\nq;", 4, "unknown name 'q'" } } do
+    { "f = vec(1, 2)\n\n;", 1, "vec takes 3" }, { "\nf.x = sin(x)\n;", 2, "sin takes numbers" },
+    { "f = x\n.w;", 2, "x, y and z" }, { "f = x;\nf = -\n\nq;", 4, "unknown name 'q'" } } do
     local _, message = pcall(engine.scene, { own = { force = case[1] } })
     t:ok(tostring(message):find((", line %d: "):format(case[2]), 1, true), tostring(message))
     t:ok(tostring(message):find(case[3], 1, true), tostring(message))
@@ -220,8 +203,6 @@ suite:test("parameters and names are checked", function(t)
   end
   refused("scene: own.a: expected a number, got nan", { own = { force = "f = x;", a = 0 / 0 } })
   refused("scene: own.a: expected a list of 3", { own = { force = "f = x;", a = { 1, 2 } } })
-  refused("scene: own.a: expected a number or a list", { own = { force = "f = x;", a = "1" } })
-  refused("no parameter can be called 'dot'", { own = { force = "f = x;", dot = 1 } })
   refused("no parameter can be called 't'", { own = { force = "f = x;", t = 1 } })
   refused("a parameter's name is letters", { own = { force = "f = x;", ["a-b"] = 1 } })
   refused("expected effects named by letters", { ["a b"] = { force = "f = x;" } })
