@@ -108,27 +108,6 @@ suite:test("what an own loop leaves out is done by the experiment", function(t)
   t:equal(run.history[2].parameters.mutation_rate, 0.25)
 end)
 
-suite:test("a view of an ended trace raises with the line that ended it", function(t)
-  local run = limax.start(small { generations = 3 }, { say = silent })
-  local kept
-  local line = debug.getinfo(1, "l").currentline + 1
-  for population in run:generations() do
-    population:simulate():score()
-    if kept then
-      local here = debug.getinfo(1, "S").short_src
-      local pattern = ("ended when its population was bred (%s:%d)"):format(here, line)
-      t:raises(pattern, function() return kept[1][1] end)
-      t:raises("evolve.lua:%d+: ", function() return kept[1][1] end)
-    end
-    -- an elite is not simulated again: it has no trace
-    for _, robot in ipairs(population) do
-      if robot.origin ~= "elite" and robot.fitness then kept = robot:trace "center_of_mass" end
-    end
-    t:ok(kept[1][3] > 0)
-    population:breed()
-  end
-end)
-
 suite:test("options, indices and counts that do not fit are refused", function(t)
   t:raises('evolve.lua:%d+: start.repetiton: unknown field; did you mean "repetition"?',
     function() limax.start(small {}, { repetiton = 2 }) end)
@@ -253,22 +232,6 @@ suite:test("a selection that returns no index stops the run", function(t)
       finished { selection = function() return 1, index end }
     end)
   end
-end)
-
-suite:test("selection sees ranked robots and its own random numbers", function(t)
-  local seen = {}
-  finished { generations = 2, selection = function(population, random)
-    local ranked = population.ranked
-    t:equal(#population, 6)
-    for k = 2, #ranked do
-      t:ok(population[ranked[k]].fitness <= population[ranked[k - 1]].fitness)
-    end
-    seen[#seen + 1] = random:uniform()
-    return ranked[random:integer(#ranked)], ranked[1]
-  end }
-  t:equal(#seen, 4)
-  t:ok(seen[1] ~= seen[2])
-  t:same_bits(seen[1], engine.random(1, 1, "selection", 1, 3):uniform())
 end)
 
 suite:test("changed materials: elites are simulated again, best_standard is comparable", function(t)

@@ -53,15 +53,6 @@ suite:test("options, files and fields out of range", function(t)
   t:ok(not host.file.exists(folder .. "/runs"), "a refused run left a folder")
 end)
 
-suite:test("a device that this machine does not have", function(t)
-  local folder = t:folder()
-  write_experiment(folder)
-  local done = run(folder, { "run", "try.lua", "--device", "cuda", "--out", "r" })
-  if done.status == 0 then t:skip "there is a GPU here" end
-  process.failed(t, done, 1, "cuda")
-  t:ok(not host.file.exists(folder .. "/r"))
-end)
-
 suite:test("material files", function(t)
   local folder = t:folder()
   write_experiment(folder, 'fitness = "distance", materials = "mine.json"')

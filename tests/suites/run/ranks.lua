@@ -5,6 +5,7 @@ local faulty_server = require "support.faulty_server"
 local engine = require "limax.engine"
 local host = require "limax.host"
 local process = require "support.process"
+local whole_runs = require "support.whole_runs"
 
 local suite = require("limax.test").suite "ranks"
 
@@ -38,69 +39,26 @@ local function test(name, body)
   end)
 end
 
--- What a rank loses or computes differently changes the numbers: a supervisor that reads old
--- robots and sets materials, a state, an archive whose rows are parents, islands, and robots that
--- fail in the fitness.
-local EXPERIMENT = [[
-local limax = require "limax"
-
-local function supervisor(history, random, _, state)
-  local now, old = history[#history], history[math.max(1, #history - 2)]
-  local shift = 0.02 * (old.population[1].body.mass / now.population[1].body.mass - 1)
-    + 0.01 * old.population[2].genome[3] + 0.001 * history[1].population[3].body.voxels
-    + 0.02 * (random:uniform() - 0.5)
-  state.shifts[#state.shifts + 1] = shift
-  return { mutation_scale = 0.1 + shift + 1e-4 * state.survived,
-    materials = { bone = { stiffness = (#history % 4 == 0 and 1.02 or 0.99) * 1e4 } } }
+local function write_experiment(folder, generations)
+  process.write(folder .. "/tiny.lua", whole_runs.experiment(generations, 2))
 end
 
-return limax.experiment {
-  name = "tiny", lattice = { 3, 3, 3 }, population = 12, generations = 12, repetitions = 2,
-  simulation = { duration = 0.5, settle = 0.1 },
-  state = function() return { survived = 0, shifts = {} } end,
-  archive = { "novelty", descriptors = { "voxel_share", "muscle_share" }, k = 3, add = 2 },
-  survival = function(robots, _, state)
-    state.survived = state.survived + 1
-    return { robots.ranked[1] }, robots.archive
-  end,
-  islands = { count = 4, every = 2, migrants = 1, topology = "random" },
-  fitness = function(robot, state)
-    if robot.generation > 0 and robot.id % 33 == 18 then return 0 / 0 end
-    return robot:distance() + 1e-6 * #state.shifts,
-      { robot.body.mass, robot:speed(), way = robot:distance() }
-  end,
-  selection = "rank", supervisor = supervisor, supervision = { materials = true },
-}
-]]
-
--- Files that hold clocks, or how a run got there.
-local SKIPPED = { ["journal.jsonl"] = true, ["timing.jsonl"] = true }
-
-local function same(t, got, expected, what)
-  for _, name in ipairs(host.file.list(expected)) do
-    local path = expected .. "/" .. name
-    if host.file.exists(path) == "folder" then
-      same(t, got .. "/" .. name, path, what)
-    elseif not SKIPPED[name] then
-      t:ok(process.read(got .. "/" .. name) == process.read(path), ("%s: %s/%s differs"):format(
-        what, got, name))
-    end
-  end
-  t:equal(host.file.list(got), host.file.list(expected))
-end
+local same = whole_runs.same
 
 test("any number of ranks gives the same bytes, also after a resume",
   function(t, folder)
-    process.write(folder .. "/tiny.lua", EXPERIMENT)
+    write_experiment(folder, 12)
     local plain = completes(0, t, folder, "run", "tiny.lua", "-q", "--out", "0")
     for _, ranks in ipairs { 2, 3, 7 } do
       local done = completes(ranks, t, folder, "run", "tiny.lua", "-q", "--out", tostring(ranks))
-      same(t, ("%s/%d"):format(folder, ranks), folder .. "/0", ranks .. " ranks")
+      same(t, ("%s/%d"):format(folder, ranks), folder .. "/0")
+      t:equal(process.read(("%s/%d/config.json"):format(folder, ranks)),
+        process.read(folder .. "/0/config.json"))
       t:equal(done.stderr, plain.stderr) -- each warning once
     end
     for name, ranks in pairs { ["2"] = 3, ["3"] = 0, ["0"] = 2 } do
       completes(ranks, t, folder, "run", "--resume", name, "--from", "5", "-q")
-      same(t, folder .. "/" .. name, folder .. "/7", ("%s continued on %d"):format(name, ranks))
+      same(t, folder .. "/" .. name, folder .. "/7")
     end
   end)
 
@@ -113,7 +71,7 @@ test("shipped experiments have the same bytes on three ranks",
           "--set", "generations=3", "--set", "population=24", "--set", "repetitions=1",
           "--set", "simulation.duration=0.3", "--set", "simulation.settle=0.1")
       end
-      same(t, ("%s/%s-3"):format(folder, name), ("%s/%s-0"):format(folder, name), name)
+      same(t, ("%s/%s-3"):format(folder, name), ("%s/%s-0"):format(folder, name))
     end
   end)
 
@@ -132,8 +90,8 @@ local LOSSES = { { "KILL", 1 }, { "KILL", 2 }, { "TERM" }, { "KILL", 3 }, { "INT
 
 test("a run that loses a rank ends, and resumes to the same bytes",
   function(t, folder)
-    process.write(folder .. "/tiny.lua", EXPERIMENT)
-    completes(0, t, folder, "run", "tiny.lua", "-q", "--set", "generations=200", "--out", "whole")
+    write_experiment(folder, 200)
+    completes(0, t, folder, "run", "tiny.lua", "-q", "--out", "whole")
     local random = engine.random(7, 1, "user", 1, 1)
     local function lines()
       local text = process.read(folder .. "/lossy/journal.jsonl")
@@ -142,7 +100,7 @@ test("a run that loses a rank ends, and resumes to the same bytes",
     for k, loss in ipairs(LOSSES) do
       local what, before = ("signal %d, %s"):format(k, loss[1]), lines()
       local child = process.start(folder, k > 1 and { "run", "--resume", "lossy", "-q" }
-        or { "run", "tiny.lua", "-q", "--set", "generations=200", "--out", "lossy" },
+        or { "run", "tiny.lua", "-q", "--out", "lossy" },
         MPIRUN:format(3))
       local moment, pids = nil, nil
       child:signal_when(loss[1], function()
@@ -160,7 +118,7 @@ test("a run that loses a rank ends, and resumes to the same bytes",
       t:ok(lines() < 400, what .. ": it was done already")
     end
     completes(2, t, folder, "run", "--resume", "lossy", "-q")
-    same(t, folder .. "/lossy", folder .. "/whole", "after ten signals")
+    same(t, folder .. "/lossy", folder .. "/whole")
   end)
 
 test("a slow rank gets fewer robots", function(t, folder)
