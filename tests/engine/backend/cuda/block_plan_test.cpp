@@ -78,11 +78,3 @@ TEST_CASE("the springs of a square have the order that they have in a cube") {
         CHECK(next == rim_springs);
     }
 }
-
-// The numbers of robots that were fastest on 132 multiprocessors with two blocks each.
-TEST_CASE("robots in tiles are stepped in groups that keep all blocks busy") {
-    CHECK(robots_together(27, 264, 21) == 18);
-    CHECK(robots_together(27, 264, 12) == 9);
-    CHECK(robots_together(64, 264, 6) == 4);
-    CHECK(robots_together(729, 264, 0) == 1);
-}

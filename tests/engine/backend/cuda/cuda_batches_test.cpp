@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "backend/cuda/run/population.h"
 #include "backend/cuda/run/robots.h"
 #include "cuda_sets.h"
 
@@ -188,45 +187,6 @@ TEST_CASE("steps are sent to a GPU once, and collected by what needs them or at 
         check_places(*some);
         some->enqueue(0.1);
         CHECK(on.machine.fake->launches > sent);
-    }
-    on.check_given_back();
-}
-
-TEST_CASE("what a generation makes and ends does not wait for robots that are being stepped") {
-    if (!kernels_available()) return;
-    fake_gpus on(100000000);
-    {
-        const auto stepped = on.make(on.setup());
-        auto ended = on.make(on.setup());
-        ended->advance(0, 1);
-        stepped->enqueue(0.1);
-        const int before = on.machine.fake->waits;
-        ended.reset();
-        limax_encoding_options options{};
-        options.lattice[0] = options.lattice[1] = options.lattice[2] = 5;
-        options.materials = 5;
-        options.features = 4;
-        options.sigma = options.initial_scale = 1;
-        options.repetition = 1;
-        const auto code = std::make_shared<const encoding>(options);
-        auto parents = cuda::make_population(on.team, code, robots);
-        auto bred = cuda::make_population(on.team, code, robots);
-        parents->initialize(0, 0, robots);
-        std::vector<int32_t> pairs(2 * robots), all(robots);
-        limax_breeding breeding{};
-        bred->breed(*parents, pairs.data(), breeding, 0, robots);
-        std::vector<limax_body> bodies(robots);
-        bred->express(true, 0, robots, bodies.data());
-        std::vector<int64_t> same(std::size_t(cube.voxels()));
-        bred->count_same(all.data(), robots, same.data());
-        std::vector<double> squares(std::size_t(code->genes()));
-        bred->sum_squares(all.data(), robots, squares.data());
-        parents.reset();
-        const auto next = on.make(on.setup());
-        next->enqueue(0.1);
-        stepped->collect();
-        next->collect();
-        CHECK(on.machine.fake->waits == before);
     }
     on.check_given_back();
 }

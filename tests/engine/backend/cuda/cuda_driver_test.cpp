@@ -89,21 +89,6 @@ TEST_CASE("the error of an unusable driver names the remedy") {
     }
 }
 
-TEST_CASE("a driver's GPUs are described") {
-    limax::test::fake_driver two;
-    two.gpus = 2;
-    const fake_machine machine(two);
-    REQUIRE(machine.api);
-    REQUIRE(machine.api->gpus().size() == 2);
-    const gpu& g = machine.api->gpus()[1];
-    CHECK(g.ordinal == 1);
-    CHECK(g.name == "Fake GPU");
-    CHECK(g.uuid == "GPU-00112233-4455-6677-8899-aabbccddeeff");
-    CHECK(g.capability == 90);
-    CHECK(g.multiprocessors == 132);
-    CHECK(g.memory == 1000000);
-}
-
 TEST_CASE("GPUs that are too old are left out") {
     limax::test::fake_driver old;
     old.capability = 61;
@@ -225,17 +210,10 @@ TEST_CASE("an allocation that does not fit is refused with its size") {
     {
         const context gpu(*machine.api, 0);
         const device_memory<char> most(gpu, 950000, "most of it");
-        try {
+        const std::string text = failure(LIMAX_OUT_OF_MEMORY, [&] {
             const device_memory<double> more(gpu, 50000, "the springs of 7 robots");
-            FAIL("allocated more than is free");
-        } catch (const cuda_error& problem) {
-            CHECK(problem.status() == LIMAX_OUT_OF_MEMORY);
-            CHECK(problem.result() == CUDA_ERROR_OUT_OF_MEMORY);
-            CHECK(
-                std::string(problem.what()) ==
-                "CUDA: out of memory: the springs of 7 robots: 0.0004 GB were needed; GPU 0 (Fake "
-                "GPU) has 0.001 GB, of which 5e-05 GB are free");
-        }
+        });
+        CHECK(contains(text, "the springs of 7 robots: 0.0004 GB were needed; GPU 0"));
         CHECK(gpu.bytes_held() == 950000);
         machine.fail_next("cuMemAllocHost", CUDA_ERROR_OUT_OF_MEMORY);
         CHECK(contains(
@@ -252,11 +230,9 @@ TEST_CASE("LIMAX_CUDA_MEMORY limits the memory of a GPU") {
     {
         const context gpu(*machine.api, 0);
         device_memory<char> most(gpu, 90000, "most of it");
-        CHECK(
-            failure(LIMAX_OUT_OF_MEMORY,
-                    [&] { device_memory<char>(gpu, 10001, "the springs of 7 robots"); }) ==
-            "CUDA: out of memory: the springs of 7 robots: 1e-05 GB were needed; "
-            "LIMAX_CUDA_MEMORY allows 0.0001 GB of GPU 0 (Fake GPU), of which 9e-05 GB are taken");
+        CHECK(contains(
+            failure(LIMAX_OUT_OF_MEMORY, [&] { device_memory<char>(gpu, 10001, "springs"); }),
+            "LIMAX_CUDA_MEMORY allows 0.0001 GB of GPU 0 (Fake GPU), of which 9e-05 GB are taken"));
         CHECK_NOTHROW(device_memory<char>(gpu, 10000, "the rest"));
         most = {};
         CHECK_NOTHROW(device_memory<char>(gpu, 100000, "all of it"));

@@ -56,18 +56,6 @@ int count(const std::string& text, const std::string& part) {
 
 }  // namespace
 
-TEST_CASE("a kernel set has a text and a title, and compares by value") {
-    const kernel_set set{"step", {{"LIMAX_NX", "5"}, {"LIMAX_EFFECTS", "63"}}};
-    CHECK(set.text() ==
-          "#define LIMAX_EFFECTS 63\n#define LIMAX_NX 5\n"
-          "#include \"backend/cuda/kernels/step.h\"\n");
-    CHECK(set.title() == "step LIMAX_EFFECTS=63 LIMAX_NX=5");
-    CHECK(kernel_set::of_title("step LIMAX_NX=5 LIMAX_EFFECTS=63") == set);
-    CHECK(kernel_set::of_title("step LIMAX_NX=5") != set);
-    CHECK(kernel_set::of_title("step LIMAX_EMPTY=").defines.at("LIMAX_EMPTY").empty());
-    CHECK(kernel_set::of_title("step").defines.empty());
-}
-
 TEST_CASE("every embedded text equals its file, and includes embedded texts only") {
     std::set<std::string> names;
     for (const header& h : kernel_headers()) CHECK(names.insert(h.name).second);
@@ -87,24 +75,6 @@ TEST_CASE("every embedded text equals its file, and includes embedded texts only
     }
 }
 
-TEST_CASE("NVRTC compiles for several GPUs, and instructions are counted") {
-    const compiler* nvrtc = found_compiler();
-    if (!nvrtc) return;
-    for (const char* architecture : {"sm_75", "sm_80", "sm_90"}) {
-        CAPTURE(architecture);
-        const std::string binary = compiled(*nvrtc, architecture);
-        const std::size_t small = instruction_count(binary, "small"),
-                          large = instruction_count(binary, "large");
-        CHECK(small > 3);
-        CHECK(small < 40);
-        // a product, a sum and a load in each of 100 rounds, not contracted
-        CHECK(large > 300);
-        CHECK(large < 500);
-        CHECK(instruction_count(binary, "absent") == 0);
-        CHECK(compiled(*nvrtc, architecture) == binary);
-    }
-}
-
 TEST_CASE("PTX is text, without fused products and sums") {
     const compiler* nvrtc = found_compiler();
     if (!nvrtc) return;
@@ -115,6 +85,7 @@ TEST_CASE("PTX is text, without fused products and sums") {
     CHECK(count(ptx, "mul.rn.f32") == 101);
     CHECK(count(ptx, "add.rn.f32") == 100);
     CHECK(instruction_count(ptx, "small") == 0);
+    CHECK(instruction_count(compiled(*nvrtc, "sm_90"), "large") > 300);
     // without the options the compiler contracts, which the count above detects
     const std::string free_ptx =
         nvrtc->compile(small_text, small_headers, "compute_90", {}, nullptr);
@@ -131,13 +102,6 @@ TEST_CASE("a text that does not compile is refused with the compiler's log") {
     CHECK(text.find("does not compile for sm_90 with NVRTC " + nvrtc->version()) !=
           std::string::npos);
     CHECK(text.find("identifier \"no_such_thing\" is undefined") != std::string::npos);
-    CHECK(failure(LIMAX_INTERNAL, [&] {
-              nvrtc->compile("", {}, "sm_1", kernel_options(), nullptr);
-          }).find("sm_1") != std::string::npos);
-    std::string log = "before";
-    nvrtc->compile("extern \"C\" __global__ void k() {}\n", {}, "sm_90", kernel_options(), &log);
-    CHECK(log.empty());
-
     scratch_folder scratch;
     kernel_cache cache(scratch.path.string());
     CHECK(failure(LIMAX_INTERNAL, [&] {
@@ -172,13 +136,9 @@ TEST_CASE("a kernel is compiled once, then cached; a damaged file is compiled ag
         return binary;
     };
     const auto files = [&] { return std::distance(fs::directory_iterator(scratch.path), {}); };
-    CHECK(failure(LIMAX_NO_DEVICE,
-                  [&] {
-                      make({true, true, false});
-                  })
-              .find("'cells' was not built with limax, and it cannot be compiled: it is not in the "
-                    "cache, and LIMAX_KERNELS forbids to compile it. Let LIMAX_KERNELS name "
-                    "'compiled' too, or use device 'cpu'") != std::string::npos);
+    CHECK(failure(LIMAX_NO_DEVICE, [&] {
+              make({true, true, false});
+          }).find("and LIMAX_KERNELS forbids to compile it") != std::string::npos);
     const auto first = make({false, false, true});
     CHECK(first->origin == kernel_origin::compiled);
     CHECK(first->architecture == "sm_90");

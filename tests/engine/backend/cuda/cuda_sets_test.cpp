@@ -149,23 +149,6 @@ TEST_CASE("the kernels of the shipped experiments are built with limax") {
         built({entry, {}});
 }
 
-TEST_CASE("the error names a scene without a kernel") {
-    const fake_machine machine;
-    cuda::block_plans plans;
-    cuda::gpu_place none(*machine.api, 0, {false, false, false});
-    const simulation_setup setup =
-        setup_of(effects::bit<effects::springs> | effects::bit<effects::wind>, LIMAX_MIXED,
-                 LIMAX_LEAPFROG, {4, 3, 6});
-    const std::string text =
-        failure(LIMAX_NO_DEVICE, [&] { cuda::load_scene(setup, 1, plans, none); });
-    const std::string begin =
-        "springs, wind on 4x3x6 voxels in mixed: device 'cuda': no kernel "
-        "for compute capability 9.0: 'step LIMAX_";
-    CHECK(text.substr(0, begin.size()) == begin);
-    CHECK(text.find("Let LIMAX_KERNELS name 'compiled' too, or use device 'cpu'") !=
-          std::string::npos);
-}
-
 TEST_CASE("scripted effects are compiled into the step kernels") {
     asking_machine machine;
     for (const int precision : {LIMAX_COMPENSATED, LIMAX_DOUBLE}) {
