@@ -1,5 +1,5 @@
-// drag_test.cpp: drag on exposed faces: the closed form of falling, and safety at any speed. SI
-// units.
+// drag_test.cpp: drag on exposed faces and wind: closed forms of falling, and safety at any speed.
+// SI units.
 #include <doctest/doctest.h>
 
 #include <array>
@@ -77,5 +77,24 @@ TEST_CASE("a cube falls in water at sqrt(m g / (rho C A)), with drag on both fac
             // the current takes it along, ever more slowly: 1 / (rho C A t / m + 1 / v) is left
             CHECK(now[0] ==
                   doctest::Approx(0.5 - 1 / (800 * 0.5 * 0.01 / 0.8 * 3 + 1 / 0.5)).epsilon(1e-3));
+        }
+}
+
+TEST_CASE("a body in wind falls steadily at the air's velocity plus m g / c") {
+    for (const int precision : every_precision)
+        for (const int integrator : {LIMAX_SYMPLECTIC_EULER, LIMAX_LEAPFROG}) {
+            stage body(lattice{1, 1, 1});
+            body.effects({"gravity", "wind"});
+            body.set("wind", "velocity", {2, -1, 0.5}).set("wind", "drag", {1});
+            body.setup.options.precision = precision;
+            body.setup.options.integrator = integrator;
+            body.setup.options.time_step = 1e-3;
+            body.setup.options.duration = 3;
+            // every mass is 0.1 kg, rounded once: after 30 times m / c the start is forgotten
+            const double expected[3] = {2, -1, 0.5 - double(0.1f) * g};
+            const auto now = mean_velocity(*body.run());
+            for (int axis = 0; axis < 3; ++axis)
+                CHECK(std::fabs(now[axis] - expected[axis]) <
+                      (precision == LIMAX_DOUBLE ? 1e-11 : 2e-5));
         }
 }

@@ -2,6 +2,7 @@
 // the energy balance. SI units.
 #include <doctest/doctest.h>
 
+#include "failure.h"
 #include "physics/ledger.h"
 #include "stage.h"
 
@@ -199,4 +200,35 @@ TEST_CASE("drag has its own column, and the energy balance of a swim holds") {
     CHECK(error[0] < 1e-5);
     // of second order, as without drag: a sixteenth, with room
     CHECK(error[1] < error[0] / 8);
+}
+
+TEST_CASE("the energy balance holds while parts of a body collide") {
+    // a hairpin: two legs on one foot, thrown at each other
+    stage body({4, 1, 6}, 1, 0);
+    const lattice& grid = body.setup.grid;
+    for (int x = 0; x < 4; ++x) body.setup.voxels[grid.voxel(x, 0, 0)] = 3;
+    for (int z = 1; z < 6; ++z)
+        for (const int x : {0, 3}) body.setup.voxels[grid.voxel(x, 0, z)] = 3;
+    body.effects({"damping", "self_collision"});
+    body.setup.options.duration = 0.5;
+    body.setup.options.record[LIMAX_TRACE_LEDGER] = 100;
+    const auto run = body.open();
+    snapshot start = state_of(*run);
+    for (std::size_t i = 0; i < start.positions.size(); i += 3)
+        if (start.positions[i + 2] > 0.15) start.velocities[i] = start.positions[i] < 0.2 ? 3 : -3;
+    run->place(0, nullptr, start.velocities.data());
+    stage::finish(*run);
+    const energy_balance balance = ledger_of(*run);
+    CHECK(balance.in_contacts > 0.1);
+    CHECK(balance.error < 5e-3 * balance.largest);
+}
+
+TEST_CASE("a GPU records no ledger and has no RK4") {
+    limax_simulation_options options = default_options();
+    const auto beyond = [&] { return refused([&] { check_beyond_cpu(options); }); };
+    CHECK(beyond() == "no failure");
+    options.record[LIMAX_TRACE_LEDGER] = 20;
+    CHECK(beyond() == "record.ledger: the energy ledger exists on the cpu only; use device 'cpu'");
+    options.integrator = LIMAX_RK4;
+    CHECK(beyond().find("integrator: rk4 runs on the cpu only") == 0);
 }

@@ -4,23 +4,10 @@ local engine = require "limax.engine"
 local fixture = require "support.binding.fixture"
 local test = require "limax.test"
 
-local MATERIALS, LATTICE, ALL = fixture.MATERIALS, fixture.LATTICE, fixture.ALL
+local MATERIALS, ALL = fixture.MATERIALS, fixture.ALL
 local robots, simulated, raises_there = fixture.robots, fixture.simulated, fixture.raises_there
 
 local views = test.suite "views"
-
-views:test("count from 1 and have a shape", function(t)
-  local population = robots(2)
-  local voxels, weights, genome = population:voxels(1), population:weights(2), population:genome(1)
-  t:equal(voxels.shape, LATTICE)
-  t:equal(weights.shape, { 3, 3, 2, 4 })
-  t:equal(weights[3].shape, LATTICE)
-  t:equal(weights[3][1][2].shape, { 4 })
-  t:equal(genome.shape, { population.genes })
-  t:equal({ #voxels, #voxels[1], #voxels[1][1], voxels:size(3) }, { 3, 2, 4, 4 })
-  t:ok(engine.is_view(voxels) and engine.is_view(voxels[1][1]) and not engine.is_view({}))
-  t:equal(tostring(voxels), "view of voxels [3][2][4]")
-end)
 
 views:test("iterate with ipairs and pairs", function(t)
   local trace = simulated({ position = 20 }):trace(1, "position")
@@ -200,8 +187,6 @@ views:test("of traces have rate, unit and samples", function(t)
   t:equal({ center.rate, center.unit, center.samples, center:size(1), center:size(2) },
     { 50, "m", 11, 11, 3 })
   t:equal(simulation:trace(1, "position").shape, { 5, masses, 3 })
-  t:equal(simulation:trace(1, "contact").shape, { 5, 1 })
-  t:equal(simulation:trace(1, "energy").shape, { 5, 4 })
   t:equal(simulation:trace(1, "strain").shape, { 5, 2 })
   t:equal(center:copy().rate, 50)
   t:equal(center[1].rate, nil)

@@ -1,16 +1,61 @@
 --- world.lua: what pictures draw of the world around a robot.
 
-local sheet = require "limax.draw.sheet"
+local canvases = require "limax.draw.canvas"
 local host = require "limax.host"
 local limax = require "limax"
 local motion = require "limax.draw.motion"
-local painted = require "support.painted"
+local palette = require "limax.draw.palette"
+local pictures = require "limax.draw.picture.scene"
 local script = require "limax.base.script"
+local sheet = require "limax.draw.sheet"
 local stage = require "limax.draw.picture.stage"
 local view = require "limax.draw.picture.view"
 local world = require "limax.draw.picture.world"
 
 local suite = require("limax.test").suite "draw_world"
+
+-- A body of every material.
+local VOXELS = "ees\nccb\n\nsse\nbbc"
+
+-- A robot that was simulated briefly in this scene.
+local function walked_in(scene, duration)
+  return assert(motion.simulate(limax.robot { voxels = VOXELS }, { scene = scene,
+    duration = duration or 0.2 }))
+end
+
+-- The number of pixels of each colour, as "#rrggbb", in a film's first pose.
+local function colors_of(film, name, width)
+  local frame = pictures.frame(film, view.of[name], width or 300, 1,
+    { text = 9, gap = 0, head = 2 })
+  local canvas = canvases.new("pixels", frame.panel, frame.height)
+  pictures.draw(canvas, film, frame, film.poses[1], 1)
+  pictures.flows(canvas, film, frame)
+  local bytes, count = canvas:finish(), {}
+  for at = 1, #bytes, 4 do
+    local color = ("#%02x%02x%02x"):format(bytes:byte(at, at + 2))
+    count[color] = (count[color] or 0) + 1
+  end
+  return count, frame
+end
+
+-- The number of pixels of a colour under any light on a flat face.
+local function pixels_of(count, hex)
+  local sum, seen = 0, {}
+  for k = 0, 400 do
+    local shade = palette.shade(hex, 0.5 + k / 400 * 0.6)
+    if not seen[shade] then sum, seen[shade] = sum + (count[shade] or 0), true end
+  end
+  return sum
+end
+
+-- The number of pixels of a body.
+local function body_pixels(count, film)
+  local sum = 0
+  for letter in pairs(film.used) do
+    sum = sum + pixels_of(count, film.colors[letter].hex)
+  end
+  return sum
+end
 
 -- A height field of 41 x 41 heights 0.05 m apart around the origin.
 local function field(height_at)
@@ -25,8 +70,8 @@ end
 
 -- Pixels of the body.
 local function seen(scene)
-  local film = motion.of(painted.walked_in(scene), { 0 })
-  return painted.body_pixels(painted.colors_of(film, "side"), film)
+  local film = motion.of(walked_in(scene), { 0 })
+  return body_pixels(colors_of(film, "side"), film)
 end
 
 suite:test("terrain has the engine's heights, and continues beyond its border", function(t)
@@ -39,15 +84,15 @@ suite:test("terrain has the engine's heights, and continues beyond its border", 
 end)
 
 suite:test("a wall behind the body is seen, one in front of it is transparent", function(t)
-  local plain = motion.of(painted.walked_in(limax.scenes.land()), { 0 })
+  local plain = motion.of(walked_in(limax.scenes.land()), { 0 })
   local function walled(side)
     local far = -math.huge
     for _, p in ipairs(plain.poses[1].points) do far = math.max(far, -side * p[2]) end
     plain.world = world.of { ground = { height = 0 },
       planes = { { normal = { 0, side, 0 }, offset = -far - 0.02 } } }
     plain.stage = stage.new(plain.world)
-    local count = painted.colors_of(plain, "side")
-    return painted.pixels_of(count, world.hex), painted.body_pixels(count, plain)
+    local count = colors_of(plain, "side")
+    return pixels_of(count, world.hex), body_pixels(count, plain)
   end
   local wall, body = walled(-1)
   t:ok(wall > 2000 and body > 2000, ("%d of the wall, %d of the body"):format(wall, body))
@@ -72,7 +117,7 @@ suite:test("boxes and ridges hide a robot behind them and not one in front",
   end)
 
 suite:test("a slope is seen as one: up is against gravity", function(t)
-  local film = motion.of(painted.walked_in(limax.scenes.slope { angle = math.rad(10) }), { 0 })
+  local film = motion.of(walked_in(limax.scenes.slope { angle = math.rad(10) }), { 0 })
   t:equal(world.words(film.world), "ground with a slope of 10 degrees")
   local down = film.stage.turn { 1, 0, 0 }
   t:near(math.deg(math.asin(-down[3])), 10, { atol = 1e-9 })
@@ -83,7 +128,7 @@ end)
 
 suite:test("held masses are marked", function(t)
   -- the second layer from below, as far as x = 0.1 m
-  local walked = painted.walked_in { gravity = true, damping = true, actuation = true,
+  local walked = walked_in { gravity = true, damping = true, actuation = true,
     anchors = { from = { 0, 0, 0.1 }, to = { 0.1, 1, 0.1 } } }
   local film = motion.of(walked, { 0, 0.2 })
   local count = 0
@@ -119,12 +164,12 @@ suite:test("each experiment's world, and any other, makes a picture", function(t
       .config.scene
   end
   for name, scene in pairs(scenes) do
-    local walked = painted.walked_in(scene, 0.1)
+    local walked = walked_in(scene, 0.1)
     local film = motion.of(walked, { 0, 0.1 })
     for _, from in ipairs(view.names) do
-      local count, frame = painted.colors_of(film, from, 200)
+      local count, frame = colors_of(film, from, 200)
       t:ok(frame.height > 20 and frame.height < 2000, ("%s: %d px"):format(name, frame.height))
-      t:ok(name == "within" or painted.body_pixels(count, film) > 100, name)
+      t:ok(name == "within" or body_pixels(count, film) > 100, name)
     end
     local svg = sheet.film_strip(walked)
     t:ok(host.xml(svg) and not svg:lower():find("nan", 1, true) and not svg:find("inf", 1, true),

@@ -117,21 +117,6 @@ suite:test("one GPU gives the same bits as all", { devices = { "cuda" } }, funct
   t:note(("%d GPUs"):format(all.gpus))
 end)
 
-suite:test("a cache that cannot be written is not used and reported once", { devices = { "cuda" } },
-  function(t)
-    need_compiler(t)
-    local folder = t:folder()
-    -- a file instead of a folder, which no user can write to
-    assert(host.file.write_atomic(folder .. "/file", ""))
-    local without, warnings =
-      simulate(t, folder, cache_in(folder .. "/file") .. " LIMAX_KERNELS=cached,compiled")
-    t:equal(without.origin, "compiled")
-    t:equal(select(2, warnings:gsub("\n", "")), 1)
-    t:ok(warnings:find "^limax: kernels are not kept for the next run: .*/limax cannot be written",
-      warnings)
-    t:equal(without.hash, simulate(t, folder, cache_in(folder)).hash)
-  end)
-
 -- ---- bad input ----------------------------------------------------------------------------------
 
 local materials = engine.materials "paper"

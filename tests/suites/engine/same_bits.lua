@@ -85,31 +85,6 @@ for _, edge in ipairs { 5, 8 } do
     end
   end)
 
-  suite:test(named "a robot that diverges does not affect others", { devices = devices },
-    function(t)
-      local population = bodies.population(materials, lattice, 5)
-      local calm = begin(WALK, population, {}, t.device)
-      local shaken = begin(WALK, population, {}, t.device)
-      local positions = (shaken:state(3)):table()
-      local velocities = (select(2, shaken:state(2))):table()
-      for _, p in ipairs(positions) do
-        for axis = 1, 3 do p[axis] = 20 * p[axis] end
-      end
-      for _, v in ipairs(velocities) do v[3] = 2000 end
-      shaken:place(3, positions)
-      shaken:place(2, nil, velocities)
-      calm:run()
-      shaken:run()
-      for robot, reason in pairs { [2] = "speed", [3] = "stretch" } do
-        local outcome = shaken:outcome(robot)
-        t:equal({ outcome.status, outcome.reason }, { "diverged", reason })
-      end
-      for _, robot in ipairs { 1, 4, 5 } do
-        t:equal(shaken:outcome(robot).status, "done")
-        t:same_bits(results(shaken, robot), results(calm, robot))
-      end
-    end)
-
   suite:test(named "a robot that moves too far in a step is coarse", { devices = devices,
     precisions = "all" }, function(t)
     local thrown = begin(WALK, bodies.population(materials, lattice, 3),

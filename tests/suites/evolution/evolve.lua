@@ -9,6 +9,7 @@ local history_of_runs = require "limax.run.history"
 local host = require "limax.host"
 local reader = require "limax.run.reader"
 local source = require "limax.base.source"
+local together = require "limax.evolution.together"
 local evolution = require "support.evolution"
 
 local rows = require "limax.robot.rows"

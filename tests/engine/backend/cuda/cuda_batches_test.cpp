@@ -113,23 +113,6 @@ TEST_CASE("robots that do not fit on a GPU run in batches with the same results"
     }
 }
 
-TEST_CASE("robots run in batches also where only their traces do not fit") {
-    if (!kernels_available()) return;
-    // 10 s at 10 kHz, three numbers of 8 bytes a sample
-    constexpr std::size_t trace = 100000 * 3 * 8;
-    fake_gpus on(4 * trace);
-    {
-        simulation_setup setup = on.setup();
-        setup.options.duration = 10;
-        setup.options.record[LIMAX_TRACE_CENTER_OF_MASS] = 10000;
-        const auto some = on.make(std::move(setup));
-        put_all(*some);
-        CHECK(on.machine.fake->held > trace);
-        check_places(*some);
-    }
-    on.check_given_back();
-}
-
 TEST_CASE("a robot that was refused at any allocation runs once when there is room") {
     if (!kernels_available()) return;
     fake_gpus on(100000000);

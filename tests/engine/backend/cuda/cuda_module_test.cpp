@@ -61,25 +61,6 @@ TEST_CASE("a module has functions and facts, and a launch has the requested shap
     machine.check_given_back();
 }
 
-TEST_CASE("a library loads each kernel once") {
-    if (!has_built_kernels()) return;
-    const kernel_set& set = ahead_of_time_sets().front();
-    const fake_machine machine;
-    {
-        const context gpu(*machine.api, 0);
-        kernel_library library(gpu, without_cache);
-        const auto first = library.load(set);
-        CHECK(library.load(set) == first);
-        CHECK(machine.fake->modules == 1);
-        CHECK(first->binary().origin == kernel_origin::ahead_of_time);
-        // another library is another GPU's
-        kernel_library other(gpu, without_cache);
-        CHECK(other.load(set) != first);
-        CHECK(machine.fake->modules == 2);
-    }
-    machine.check_given_back();
-}
-
 TEST_CASE("a binary that is too new for the driver is compiled again") {
     if (!has_built_kernels()) return;
     const kernel_set& set = ahead_of_time_sets().front();

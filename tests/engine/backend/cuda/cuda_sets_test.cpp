@@ -111,38 +111,12 @@ TEST_CASE("without a compiler the common scenes have a kernel for every lattice"
         }
 }
 
-TEST_CASE("the kernels of the shipped experiments are built with limax") {
-    struct scene_on_lattice {
-        lattice grid;
-        std::vector<std::string> effects;
-        int integrator = LIMAX_LEAPFROG;
-    };
-    const std::vector<std::string> land = {"damping", "actuation", "gravity", "ground", "friction"};
-    std::vector<std::string> carry = land, stairs = land;
-    carry.push_back("block");
-    stairs.insert(stairs.end(), 12, "boxes");
-    const scene_on_lattice scenes[] = {
-        {cube, land},                          // walk, jump, supervised
-        {cube, land, LIMAX_SYMPLECTIC_EULER},  // paper
-        {{5, 3, 4}, land},                     // climb
-        {{5, 3, 4}, carry},
-        {{5, 3, 4}, stairs},
-        {{5, 3, 5}, {"damping", "actuation", "gravity", "friction", "anchors", "spheres"}},  // grip
-        {{6, 3, 3}, {"damping", "actuation", "drag"}}};                                      // swim
+TEST_CASE("kernels that are needed between steps are built with limax") {
     const auto built = [](const kernel_set& set) {
         const auto& sets = cuda::ahead_of_time_sets();
         CAPTURE(set.title());
         CHECK(std::count(sets.begin(), sets.end(), set) == 1);
     };
-    asking_machine machine;
-    for (const scene_on_lattice& one : scenes) {
-        simulation_setup setup = setup_of(0, LIMAX_COMPENSATED, one.integrator, one.grid);
-        for (const std::string& effect : one.effects) setup.scene.add(effect);
-        built(machine.step_of(setup, cuda::kernel_form::one));
-        // where there are more robots than multiprocessors
-        if (one.grid.ny == 5) built(machine.step_of(setup, cuda::kernel_form::many));
-    }
-    // the kernels that prepare the robots of a scene, and those of populations
     for (const kernel_set& set : cuda::ahead_of_time_sets())
         if (steps_robots(set)) built(of_scene("prepare", set));
     for (const char* entry : {"express", "describe", "breed", "diversity", "summarize"})
@@ -165,26 +139,6 @@ TEST_CASE("scripted effects are compiled into the step kernels") {
             if (nvrtc) CHECK(!compiled(*nvrtc, set, "compute_90").empty());
         }
     }
-}
-
-TEST_CASE("a block does not change the path or the plan of a lattice") {
-    asking_machine machine;
-    for (const lattice& grid : {lattice{1, 1, 1}, cube, lattice{8, 8, 8}, lattice{10, 10, 10},
-                                lattice{40, 15, 1}, lattice{60, 50, 50}})
-        for (const int precision : every_precision)
-            for (const cuda::kernel_form form : every_form) {
-                const auto asked = [&](unsigned mask) {
-                    return machine.step_of(setup_of(mask, precision, LIMAX_LEAPFROG, grid), form);
-                };
-                const kernel_set without = asked(walking_effects);
-                kernel_set with = asked(walking_effects | effects::bit<effects::block>);
-                CAPTURE(with.title());
-                CHECK(with.defines.at("LIMAX_EFFECTS") != without.defines.at("LIMAX_EFFECTS"));
-                // its laws need more registers, so that fewer robots share a multiprocessor
-                for (const char* const own : {"LIMAX_EFFECTS", "LIMAX_BLOCKS"})
-                    with.defines[own] = without.defines.at(own);
-                CHECK(with == without);
-            }
 }
 
 TEST_CASE("the kernels of the common lattices spill little") {
