@@ -159,23 +159,6 @@ TEST_CASE("bodies written by hand are checked and described, not changed") {
     CHECK(robots.bodies()[1].status == LIMAX_BODY_NO_VOXEL);  // as before the refusals
 }
 
-TEST_CASE("only the largest part of a body stays where that is asked for") {
-    limax_encoding_options options = defaults();
-    options.sigma = 20;  // bodies of many parts
-    population whole = robots_like(options, 30), largest = robots_like(options, 30);
-    const auto pass = limax::cpu::choose_passes(nullptr).express;
-    for (population* robots : {&whole, &largest}) robots->initialize(0, 0, 30, in_order);
-    whole.express(paper(), {false, false}, pass, in_order, 0, 30);
-    largest.express(paper(), {false, true}, pass, in_order, 0, 30);
-    CHECK_FALSE(same_bodies(whole, largest));
-    // the same as expressing all, then checking
-    whole.check(paper(), {false, true}, 0, 30);
-    CHECK(same_bodies(whole, largest));
-    whole.forget(3, 2);
-    CHECK(whole.bodies()[3].status == LIMAX_BODY_UNKNOWN);
-    CHECK(whole.bodies()[5].status != LIMAX_BODY_UNKNOWN);
-}
-
 TEST_CASE("children in ranges, on threads and in pieces are the children bred at once") {
     population parents = make(20), whole = make(50), parts = make(50);
     parents.initialize(0, 0, 20, in_order);
@@ -241,29 +224,14 @@ TEST_CASE("breeding refuses wrong rates, parents and ranges") {
     CHECK(with(strangers, some_breeding(), 0) == "the parents have 308 genes, the children 401");
 }
 
-TEST_CASE("impossible populations are refused, with the memory they need") {
-    const int32_t huge[3] = {1000, 1000, 1000}, none[3] = {5, 0, 5};
+TEST_CASE("impossible populations and ranges are refused") {
+    const int32_t huge[3] = {1000, 1000, 1000};
     CHECK(failure(LIMAX_OUT_OF_MEMORY, [&] {
               population(huge, 100000, nullptr);
           }).find("a population of 100000 robots on a lattice of 1000x1000x1000 voxels") == 0);
-    CHECK(refused([&] { population(none, 1, nullptr); }) ==
-          "lattice y is 0; it must be at least 1 voxel");
-    const int32_t other[3] = {5, 4, 4};
-    CHECK(refused([&] { population(other, 3, code_of(defaults())); }) ==
-          "the population's lattice is 5x4x4 voxels, its encoding's 5x4x3");
-}
-
-TEST_CASE("expression refuses wrong tables, ranges and missing genomes") {
     population robots = make(3), by_hand(defaults().lattice, 3, nullptr);
-    limax_encoding_options options = defaults();
-    options.materials = 4;
-    population fewer(options.lattice, 3, code_of(options));
-    CHECK(refused([&] { express_all(fewer); }) ==
-          "the encoding chooses among 4 materials, but the table \"paper\" has 5");
     CHECK(refused([&] { express_all(by_hand); }) ==
           "this population was made without an encoding: it has no genomes");
-    CHECK(refused([&] { robots.initialize(0, 0, 4, in_order); }) ==
-          "robots 1 to 4 do not all exist; there are 3");
     CHECK(refused([&] { robots.check(paper(), {}, 2, 2147483647); }) ==
           "robots 3 to 2147483649 do not all exist; there are 3");
 }

@@ -36,29 +36,20 @@ misuse:test("raises at the caller's line, with the expected value", function(t)
     function() p.genomes_bytes(scene) end)
 end)
 
-misuse:test("of scenes, options and materials too", function(t)
+misuse:test("of scenes, masks and random numbers too", function(t)
   local p, scene = robots(1), engine.scene(ALL)
   local function there(pattern, call) raises_there(t, pattern, call) end
-  there("expected true, false or a table of its fields, got 3",
-    function() engine.scene { ground = 3 } end)
-  there("springs act in every scene", function() engine.scene { springs = false } end)
-  local function terrain(pattern, heights)
+  for pattern, heights in pairs { ["[2]: expected a list of 2 numbers"] = { { 0, 0 }, { 0 } },
+    ["heights: expected a list of rows, each a list of numbers"] = { 1, 2 } } do
     there(pattern, function() engine.scene { terrain = { heights = heights } } end)
   end
-  terrain("heights[2]: expected a list of 2 numbers", { { 0, 0 }, { 0 } })
-  terrain("heights: expected a list of rows, each a list of numbers", { 1, 2 })
-  local function simulation(pattern, options, mask)
-    there(pattern, function() engine.simulation(p, MATERIALS, scene, options, nil, mask) end)
-  end
-  simulation("expected a list of 1, true or false", {}, { true, true })
-  there('got "stifness"; did you mean "stiffness"?', function() MATERIALS:field "stifness" end)
-  there("stiffness", function() MATERIALS:copy():set(2, "stiffness", -1) end)
+  there("expected a list of 1, true or false",
+    function() engine.simulation(p, MATERIALS, scene, {}, nil, { true, true }) end)
   local random = engine.random(1, 1, "user")
   for _, wrong in ipairs { { 0 }, { 1.5 }, { 0 / 0 }, { "3" }, { 5, 4 }, { 1, 2 ^ 32 } } do
     there("random:integer: expected a whole number from 1 to 2^32 - 1, or two of them",
       function() random:integer(unpack(wrong)) end)
   end
-  there("random:uniform takes no argument, got 5", function() random:uniform(5) end)
 end)
 
 misuse:test("of fields, by which memory is read, is refused", function(t)

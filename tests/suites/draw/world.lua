@@ -8,7 +8,6 @@ local palette = require "limax.draw.palette"
 local pictures = require "limax.draw.picture.scene"
 local script = require "limax.base.script"
 local sheet = require "limax.draw.sheet"
-local stage = require "limax.draw.picture.stage"
 local view = require "limax.draw.picture.view"
 local world = require "limax.draw.picture.world"
 
@@ -81,24 +80,6 @@ suite:test("terrain has the engine's heights, and continues beyond its border", 
   -- bilinear: the mean of four in the middle
   t:equal(world.height(terrain, -0.75, 2.25), 2.25)
   t:equal(world.height(terrain, 100, -100), 2.25)
-end)
-
-suite:test("a wall behind the body is seen, one in front of it is transparent", function(t)
-  local plain = motion.of(walked_in(limax.scenes.land()), { 0 })
-  local function walled(side)
-    local far = -math.huge
-    for _, p in ipairs(plain.poses[1].points) do far = math.max(far, -side * p[2]) end
-    plain.world = world.of { ground = { height = 0 },
-      planes = { { normal = { 0, side, 0 }, offset = -far - 0.02 } } }
-    plain.stage = stage.new(plain.world)
-    local count = colors_of(plain, "side")
-    return pixels_of(count, world.hex), body_pixels(count, plain)
-  end
-  local wall, body = walled(-1)
-  t:ok(wall > 2000 and body > 2000, ("%d of the wall, %d of the body"):format(wall, body))
-  local veil, through = walled(1)
-  -- a mixed colour may happen to be one of the wall's
-  t:ok(veil < 20 and through < body, ("%d pixels"):format(veil))
 end)
 
 suite:test("boxes and ridges hide a robot behind them and not one in front",

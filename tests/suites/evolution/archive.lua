@@ -266,22 +266,15 @@ suite:test("mistakes are refused with field and remedy", function(t)
     return { archive = { "grid", descriptors = descriptors, cells = cells } }
   end
   refused('archive "grid".cells: expected a whole number from 1', grid({ "contact" }, 0))
-  refused('"muscle_shar" is no measure of limax.*muscle_share', grid { "muscle_shar" })
   refused('descriptors%[2%]: "distance" needs a range in m', grid { "contact", "distance" })
-  refused("descriptors%[1%].range: expected { least, most } with least < most",
-    grid { { "contact", range = { 1, 0 } } })
   refused('descriptors%[2%]: "contact" is in the list already', grid { "contact", "contact" })
   refused("at most 1e6", grid({ "contact", "muscle_share", "voxel_share" }, 200))
   refused('survival: "map_elites" needs an archive', { survival = "map_elites" })
-  local function fails(message, call)
-    t:raises(message, function()
-      finished { archive = { "grid", descriptors = { { call, range = { 0, 1 } } } } }
+  t:raises("robot 1 of the first generation: descriptor 1 %(function%) is nil, .*archive.lua:%d+",
+    function()
+      local nothing = { function() end, range = { 0, 1 } }
+      finished { archive = { "grid", descriptors = { nothing } } }
     end)
-  end
-  fails("robot 1 of the first generation: descriptor 1 %(function%) is nil, .*archive.lua:%d+",
-    function() end)
-  fails("more than a tenth of generation 0 .* descriptor 1 %(function%) is nan",
-    function() return 0 / 0 end)
   t:raises(": parents: expected at least one, got an empty list", function()
     finished { survival = function() return {}, {} end }
   end)

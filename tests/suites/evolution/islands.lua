@@ -182,12 +182,8 @@ suite:test("islands that cannot be are refused", function(t)
   end
   refused("islands.count: the population of 12 robots does not make 5 equal islands of at least"
     .. " 2 robots", nil, { count = 5 })
-  refused("islands.count: the population of 12 robots does not make 12", nil, { count = 12 })
   refused("islands.migrants: expected at most 3, one robot less than an island has, got 4", nil,
     { migrants = 4 })
-  refused('islands.topology: expected one of "ring", "complete", "random", got "star"', nil,
-    { topology = "star" })
-  refused("islands.each: unknown", nil, { each = 2 })
   refused('islands: with the survival "map_elites" each has its own archive "grid" or "cvt"',
     { survival = "map_elites", archive = { "novelty", descriptors = { "contact" } } })
   local run = limax.start(evolution.small(three()), { say = evolution.silent })

@@ -67,26 +67,6 @@ suite:test("material files", function(t)
   t:equal(run(folder, { "run", "try.lua", "-q" }).status, 0)
 end)
 
-suite:test("a run that fails later keeps its generations and continues when repaired", function(t)
-  local folder = t:folder()
-  local head = 'local broken = os.getenv "BROKEN"'
-  write_experiment(folder, [[
-    fitness = function(robot)
-      if broken and robot.generation == 2 then error "late" end
-      return robot:distance()
-    end]], head)
-  local done = run(folder, { "run", "try.lua", "--out", "r" }, { before = "BROKEN=1" })
-  t:equal(done.status, 1)
-  t:ok(done.stderr:find "more than a tenth of generation 2", done.stderr)
-  t:ok(done.stderr:find "repaired, continue with: [^\n]*limax run %-%-resume r %-%-changed",
-    done.stderr)
-  local _, lines = source.read(folder .. "/r/r01/metrics.jsonl"):gsub("\n", "")
-  t:equal(lines, 2)
-  t:equal(run(folder, { "run", "--resume", "r", "-q" }).status, 0)
-  t:equal(run(folder, { "run", "try.lua", "--out", "whole", "-q" }).status, 0)
-  evolution.same_files(t, folder .. "/r", folder .. "/whole", { "r01/metrics.jsonl" })
-end)
-
 suite:test("the next free folder is taken and printed, one that is used is refused", function(t)
   local folder = t:folder()
   write_experiment(folder)

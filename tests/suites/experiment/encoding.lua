@@ -159,14 +159,10 @@ suite:test("a wrong encoding or variation is refused with place and remedy", fun
   local function refused(message, genome)
     t:raises(message, function() small { genome = genome } end)
   end
-  refused("genome.encoding: expected a name or a table, got a function",
-    { encoding = own.express })
-  refused("genome.encoding.express: ", { encoding = { genes = 3 } })
   refused("genome.encoding.genes: its result: ",
     { encoding = { genes = function() return 0 end, express = own.express } })
   refused('genome.sigma: the encoding "direct" does not use it',
     { encoding = "direct", sigma = 0.2 })
-  refused('genome.mutation: unknown name "gausian"', { mutation = "gausian" })
   local function fails(message, genome)
     t:raises(message, function() finished { genome = genome } end)
   end

@@ -76,28 +76,9 @@ fitness:test("a robot that failed has no measures", function(t)
     function() robot:distance() end)
 end)
 
-fitness:test("measures check their options", function(t)
-  local robot = walker()
-  t:equal(robot:displacement(), { 4, 6, 0.2 })
-  t:near(robot:displacement { from = "middle" }, { 3, 4, 0.1 })
-  t:raises('did you mean "axis"?', function() robot:distance { axes = "x" } end)
-  t:raises('expected one of "x", "y", "z", got "w"',
-    function() limax.fitness.get { "walk", axis = "w" } end)
-end)
-
 -- ---- scenes ------------------------------------------------------------------------------------
 
 local scenes = require("limax.test").suite "scenes"
-
-scenes:test("a misspelt option or effect is refused at the caller's line", function(t)
-  t:raises('scenes.stairs.stp: unknown field; did you mean "step"?',
-    function() limax.scenes.stairs { stp = 0.1 } end)
-  t:raises('scenes.land.frictoin: unknown field; did you mean "friction"?',
-    function() limax.scenes.land { frictoin = false } end)
-  t:raises("scenes.land: expected named fields", function() limax.scenes.land { 3 } end)
-  local own = { force = "f = vec(0, 0, m);", bound = {} }
-  t:equal(limax.scenes.land { lift = own }.lift, own)
-end)
 
 scenes:test("a slope is tilted gravity", function(t)
   local slope = limax.scenes.slope { angle = math.pi / 6, friction = { static = 0.5 } }

@@ -3,8 +3,6 @@
 --- dense solution.
 
 local limax = require "limax"
-local process = require "support.process"
-local source = require "limax.base.source"
 local suite = require("limax.test").suite "modes"
 
 -- Simulates a body in double from its pose, kicked with `speed` m/s of a mode's shape, and returns
@@ -79,22 +77,4 @@ suite:test("a standing body rings on the ground, a hanging one from its anchors"
   end
   t:raises("it slides, rolls or falls in this scene; leave standing out",
     function() robot:modes(1, { scene = { gravity = true }, standing = true }) end)
-end)
-
-suite:test("the command prints the modes of a robot file beside the muscles", function(t)
-  local base = t:folder()
-  local robot = limax.robot(BODY)
-  robot:save(base .. "/body.json")
-  local done = process.ends(base, { "modes", "body.json", "--count", "2" })
-  local first = robot:modes(1)[1]
-  t:equal(done.status, 0, done.stderr)
-  t:ok(done.stdout:find("free; motions without a restoring force, left out: 6; muscles at 2 Hz", 1,
-    true), done.stdout)
-  t:ok(done.stdout:find(("1 +%.4g +%.3g +%.3g +"):format(first.frequency, first.damping_ratio,
-    first.frequency / 2)), done.stdout)
-  for name, start in pairs { ["modes.svg"] = "<svg", ["modes.gif"] = "GIF8" } do
-    done = process.ends(base, { "modes", "body.json", "--count", "2", "--standing", "--out", name })
-    t:equal(done.status, 0, done.stderr)
-    t:ok(source.read(base .. "/" .. name):find("^" .. start), name)
-  end
 end)

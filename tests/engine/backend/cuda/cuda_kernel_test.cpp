@@ -122,7 +122,7 @@ TEST_CASE("the architecture for a GPU is its own, its major version's, or PTX") 
     CHECK(nvrtc->architecture_for(20) == "");
 }
 
-TEST_CASE("a kernel is compiled once, then cached; a damaged file is compiled again") {
+TEST_CASE("a kernel is compiled once, then cached") {
     if (!found_compiler()) return;
     const scratch_folder scratch;
     std::size_t notes = 0;
@@ -151,15 +151,6 @@ TEST_CASE("a kernel is compiled once, then cached; a damaged file is compiled ag
     // another GPU is another kernel
     CHECK(make({}, 80)->architecture == "sm_80");
     CHECK(files() == 2);
-    CHECK(notes == 0);
-
-    for (const auto& entry : fs::directory_iterator(scratch.path))
-        fs::resize_file(entry.path(), 50);
-    const auto again = make({});
-    CHECK(notes == 1);
-    CHECK(again->origin == kernel_origin::compiled);
-    CHECK(again->bytes == first->bytes);
-    CHECK(make({})->origin == kernel_origin::cached);
     CHECK(notes == 0);
 }
 
