@@ -22,7 +22,6 @@ using materials = handle<limax_materials, limax_materials_free>;
 using population = handle<limax_population, limax_population_free>;
 using scene = handle<limax_scene, limax_scene_free>;
 using simulation = handle<limax_simulation, limax_simulation_free>;
-using encoding = handle<limax_encoding, limax_encoding_free>;
 
 // Checks a status and that the error text contains `part`.
 inline void check_refused(limax_status status, limax_status expected, const char* part) {
@@ -30,20 +29,6 @@ inline void check_refused(limax_status status, limax_status expected, const char
     const std::string text = limax_error_text();
     CAPTURE(text);
     CHECK(text.find(part) != std::string::npos);
-}
-
-inline limax_encoding_options small_encoding() {
-    limax_encoding_options options{};
-    for (int32_t& n : options.lattice) n = 2;
-    options.features = 4;
-    options.sigma = 1;
-    options.hidden_count = 1;
-    options.hidden[0] = 8;
-    options.materials = 5;
-    options.initial_scale = 1;
-    options.seed = 7;
-    options.repetition = 1;
-    return options;
 }
 
 struct ready {

@@ -21,10 +21,7 @@ inline int shared_memory_of(int capability) {
     return capability < 80 ? 65536 : capability < 90 ? 166912 : 232448;
 }
 
-// All effects, and those that act along springs and on single masses.
 inline constexpr unsigned every_effect = (1u << effects::all::count) - 1;
-inline constexpr unsigned every_local_effect =
-    every_effect & ~(effects::face_bits | effects::meeting_bits | effects::solid_bits);
 // Those of a robot that walks on flat ground: kernels for them are built with limax.
 inline constexpr unsigned walking_effects =
     effects::bit<effects::springs> | effects::bit<effects::damping> |

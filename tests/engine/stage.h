@@ -191,16 +191,4 @@ inline snapshot state_of(simulation& simulation, int robot = 0) {
     return result;
 }
 
-// Places robot 0 bent and turning: masses moved by up to `size` m, with up to `speed` m/s more.
-// Returns its state.
-inline snapshot bend(simulation& run, double size, double speed) {
-    snapshot start = state_of(run);
-    for (std::size_t i = 0; i < start.positions.size(); ++i) {
-        start.positions[i] += size * std::sin(7.0 * double(i + 1));
-        start.velocities[i] += speed * std::cos(5.0 * double(i));
-    }
-    run.place(0, start.positions.data(), start.velocities.data());
-    return start;
-}
-
 }  // namespace limax::test

@@ -6,14 +6,14 @@ local shell = require "limax.base.shell"
 local process = {}
 
 -- a process is killed after so many seconds, so that no test hangs
-local LIMIT = 300
+local LIMIT = 600
 -- how long a process may take to start, s
-local START = 120
+local START = 300
 -- polling interval, s
 local LOOK = 0.01
 
 --- How long after its deadline a wait may end on a loaded machine, s.
-process.LATE = 20
+process.LATE = 50
 
 --- A word quoted for the shell.
 process.quote = shell.quoted

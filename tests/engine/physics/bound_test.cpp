@@ -281,53 +281,53 @@ TEST_CASE(
 
 TEST_CASE("an automatic step is not coarse at the speeds of the start and of the drop") {
     limax_simulation_options options = default_options();
-    limax::scene falling, drop, slope;
-    falling.add("gravity");
-    for (const char* effect : {"gravity", "ground"}) {
-        drop.add(effect);
-        slope.add(effect);
-    }
-    const double down = 9.81;
-    options.position[2] = 20;
-    // no obstacle, then ground 2 m below, then with tilted gravity
-    CHECK(accuracy_cap(options, falling) == HUGE_VAL);
-    const double height = 18;
-    drop.set("ground", "height", &height, 1);
-    CHECK(accuracy_cap(options, drop) == doctest::Approx(0.01 / std::sqrt(2 * down * 2)));
-    slope.set("ground", "height", &height, 1);
-    const double tilted[3] = {down * 0.6, 0, -down * 0.8};
+    const double down = 9.81, tilted[3] = {down * 0.6, 0, -down * 0.8};
+    const auto with = [](const std::vector<const char*>& effects, double height) {
+        limax::scene made;
+        for (const char* effect : effects) made.add(effect);
+        if (effects.size() > 1) made.set("ground", "height", &height, 1);
+        return made;
+    };
+    // ground 2 m below, with tilted gravity, two planes, and terrain that is lowest below the body
+    const scene falling = with({"gravity"}, 0), drop = with({"gravity", "ground"}, 18);
+    scene slope = drop, box = falling, hill = falling;
     slope.set("gravity", "acceleration", tilted, 3);
-    CHECK(accuracy_cap(options, slope) == doctest::Approx(0.01 / std::sqrt(2 * down * 2 / 0.8)));
-    // of two planes the one that is reached first
-    limax::scene box;
-    for (const char* effect : {"gravity", "planes", "planes"}) {
-        box.add(effect);
-        if (effect[0] == 'g') continue;
-        const double offset = box.instances(effects::index_of<effects::planes>) == 1 ? 18 : 19;
+    for (const double offset : {18.0, 19.0}) {
+        box.add("planes");
         box.set("planes", "offset", &offset, 1);
     }
-    CHECK(accuracy_cap(options, box) == doctest::Approx(0.01 / std::sqrt(2 * down * 1)));
-    // of terrain the heights below the body
-    limax::scene hill;
-    for (const char* effect : {"gravity", "terrain"}) hill.add(effect);
     const double rising[4] = {17, 17, 21, 21}, spacing = 4;
+    hill.add("terrain");
     hill.set_heights("terrain", "heights", rising, 2, 2);
     hill.set("terrain", "spacing", &spacing, 1);
-    options.position[0] = 1;
-    CHECK(accuracy_cap(options, hill) == doctest::Approx(0.01 / std::sqrt(2 * down * 2)));
-    // the drop adds to the throw
-    options.velocity[0] = 3;
-    options.velocity[2] = 4;
-    CHECK(accuracy_cap(options, falling) == doctest::Approx(0.01 / 5));
-    CHECK(accuracy_cap(options, drop) == doctest::Approx(0.01 / std::sqrt(25 + 4 * down)));
-    // a run of 1 s does not fall for 1 km
-    options.velocity[0] = options.velocity[2] = 0;
-    options.position[2] = 1018;
-    CHECK(accuracy_cap(options, drop) == doctest::Approx(0.01 / down));
-    // pressed into the ground, or drawn away from it, nothing falls
-    options.position[2] = 17;
-    CHECK(accuracy_cap(options, drop) == HUGE_VAL);
-
+    struct start {
+        const scene& where;
+        double height, across, up;  // m, m/s
+        double speed;               // m/s, the fastest
+    };
+    for (const start& each : {start{falling, 20, 0, 0, 0},
+                              {drop, 20, 0, 0, std::sqrt(2 * down * 2)},
+                              {slope, 20, 0, 0, std::sqrt(2 * down * 2 / 0.8)},
+                              {box, 20, 0, 0, std::sqrt(2 * down * 1)},
+                              {hill, 20, 0, 0, std::sqrt(2 * down * 2)},
+                              // the drop adds to the throw
+                              {falling, 20, 3, 4, 5},
+                              {drop, 20, 3, 4, std::sqrt(25 + 4 * down)},
+                              // a run of 1 s does not fall for 1 km
+                              {drop, 1018, 0, 0, down},
+                              // pressed into the ground nothing falls
+                              {drop, 17, 0, 0, 0}}) {
+        options.position[0] = 1;
+        options.position[2] = each.height;
+        options.velocity[0] = each.across;
+        options.velocity[2] = each.up;
+        CAPTURE(each.speed);
+        const double cap = accuracy_cap(options, each.where);
+        if (each.speed == 0)
+            CHECK(cap == HUGE_VAL);
+        else
+            CHECK(cap == doctest::Approx(0.01 / each.speed));
+    }
     options.position[2] = 18;
     options.velocity[0] = 100;
     CHECK(make_schedule(options, drop, 3.3e-4).time_step == doctest::Approx(1e-4));

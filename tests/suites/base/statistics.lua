@@ -212,4 +212,3 @@ suite:test("Student's t against its table and an interval by hand", function(t)
   local mean, half = student.interval({ 1, 2, 3, 4 }, 0.95)
   t:near({ mean, half }, { 2.5, 3.18245 * math.sqrt(5 / 3 / 4) }, { rtol = 1e-5 })
 end)
-

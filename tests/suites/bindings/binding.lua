@@ -9,8 +9,6 @@ local test = require "limax.test"
 local MATERIALS, LATTICE, ALL = fixture.MATERIALS, fixture.LATTICE, fixture.ALL
 local robots, simulated, raises_there = fixture.robots, fixture.simulated, fixture.raises_there
 
--- ---- misuse -------------------------------------------------------------------------------------
-
 local misuse = test.suite "misuse"
 
 misuse:test("raises at the caller's line, with the expected value", function(t)
@@ -81,8 +79,6 @@ misuse:test("of a body changes nothing", function(t)
   t:equal(p:voxels(1), before)
   t:equal(p:weights(1), weights)
 end)
-
--- ---- freed objects and lifetimes ----------------------------------------------------------------
 
 local lifetimes = test.suite "lifetimes"
 
@@ -160,8 +156,6 @@ lifetimes:test("objects can be freed in any order", function(t)
     simulation:free()
   end)
 end)
-
--- ---- memory -------------------------------------------------------------------------------------
 
 local pressure = test.suite "memory"
 

@@ -9,8 +9,6 @@ local test = require "limax.test"
 local MATERIALS, LATTICE, ALL = fixture.MATERIALS, fixture.LATTICE, fixture.ALL
 local robots, raises_there = fixture.robots, fixture.raises_there
 
--- ---- round trips --------------------------------------------------------------------------------
-
 local trips = test.suite "round trips"
 
 trips:test("materials", function(t)
@@ -91,8 +89,6 @@ trips:test("seeds as numbers, digits and 64-bit integers", function(t)
   t:same_bits(first "18446744073709551615", first(0xffffffffffffffffULL))
   t:ok(first "9007199254740993" ~= first "9007199254740992")
 end)
-
--- ---- simulation objects -------------------------------------------------------------------------
 
 local objects = test.suite "simulation objects"
 

@@ -81,12 +81,10 @@ suite:test("stills and strips have the size, the times and the resolution of the
         t:ok(svg:find(text, 1, true), "the legend has " .. text)
       end
     end
-    local side, top = source.read(base .. "/side.png"), source.read(base .. "/top.png")
-    t:ok(side ~= top)
+    t:ok(source.read(base .. "/side.png") ~= source.read(base .. "/top.png"))
     picture(t, base, { file, "--out", "clear.svg", "--transparent" })
-    local clear = source.read(base .. "/clear.svg")
-    t:ok(not clear:find('<polygon points="0.0,0.0 %S+ %S+ %S+" fill="#ffffff"/>'))
-    t:equal(select(2, clear:gsub(" s</text>", "")), 6)
+    t:ok(not source.read(base .. "/clear.svg")
+      :find('<polygon points="0.0,0.0 %S+ %S+ %S+" fill="#ffffff"/>'))
     picture(t, base, { file, "--out", "walk.pdf" })
     t:equal(source.read(base .. "/walk.pdf"):sub(1, 5), "%PDF-")
   end)
@@ -101,8 +99,6 @@ suite:test("an animation has a frame for each 1/25 s", function(t)
   t:equal(select(2, bytes:gsub("\33\249\4.\4%z", "")), 13)
   picture(t, base, { file, "--out", "part.gif", "--width", "120", "--times", "0.1,0.3" })
   t:equal(select(2, source.read(base .. "/part.gif"):gsub("\33\249\4.\4%z", "")), 6)
-  picture(t, base, { file, "--out", "back.gif", "--width", "120", "--times", "0.3,0.1" })
-  t:ok(source.read(base .. "/back.gif") == source.read(base .. "/part.gif"), "in any order")
   if os.execute "command -v ffmpeg >/dev/null 2>&1" ~= 0 then
     picture(t, base, { file, "--out", "walk.mp4" }, 1)
     t:skip "there is no ffmpeg here, which writes .mp4"
@@ -149,5 +145,3 @@ suite:test("a run's last champion is drawn, wrong options are refused", function
     t:ok(done.stderr:find(text, 1, true), done.stderr)
   end
 end)
-
-return suite

@@ -158,5 +158,3 @@ suite:test("each experiment's world, and any other, makes a picture", function(t
     t:ok(#svg < 600e3, ("%s: %d bytes"):format(name, #svg))
   end
 end)
-
-return suite

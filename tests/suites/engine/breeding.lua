@@ -21,5 +21,3 @@ suite:test("genomes are the recorded ones", { devices = "all" }, function(t)
   t:golden("genomes-1", { sha256 = host.sha256(children:genomes_bytes()), first_of_last = first },
     { configuration = options })
 end)
-
-return suite

@@ -147,5 +147,3 @@ suite:test("256 bodies walk as far in the mean as on the CPU",
       error_of_mean))
     t:ok(math.abs(mean) <= 3 * error_of_mean, "the mean differs")
   end)
-
-return suite

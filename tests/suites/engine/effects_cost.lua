@@ -38,5 +38,3 @@ suite:test("the order of a scene's effects changes no bit", function(t)
   end
   t:same_bits(ends[1], ends[2])
 end)
-
-return suite

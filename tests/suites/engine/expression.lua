@@ -38,5 +38,3 @@ suite:test("bodies of the other networks are the recorded ones", { devices = "al
   end
   t:golden("networks", found)
 end)
-
-return suite

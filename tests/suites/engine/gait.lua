@@ -54,5 +54,3 @@ suite:test("it walks against its wave under every integrator", { devices = "all"
   local middle = path[math.ceil(path:size() / 2)][1] - path[1][1]
   t:ok(middle / way[1] > 0.25 and middle / way[1] < 0.75, middle / way[1])
 end)
-
-return suite

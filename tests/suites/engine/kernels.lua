@@ -190,5 +190,3 @@ suite:test("without a GPU the error names the reason, and `auto` uses the CPU", 
   t:equal(done.status, 1)
   t:ok(done.stderr:find "device 'cuda': .+; use 'cpu' or 'auto'", done.stderr)
 end)
-
-return suite

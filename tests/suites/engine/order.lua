@@ -97,5 +97,3 @@ for _, name in ipairs(names) do
     end
   end)
 end
-
-return suite

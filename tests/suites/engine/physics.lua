@@ -106,5 +106,3 @@ for _, case in ipairs(CASES) do
     end
   end)
 end
-
-return suite

@@ -122,5 +122,3 @@ suite:test("simulations that advance together keep their bits", { devices = "all
     for robot = 1, 4 do t:same_bits(results(list[k], robot), results(singly[k], robot)) end
   end
 end)
-
-return suite

@@ -229,5 +229,3 @@ suite:test("an experiment stores it, and its parameters can be overridden", func
     flown({ magnet = MAGNET }, { record = { ledger = 10 } })
   end)
 end)
-
-return suite

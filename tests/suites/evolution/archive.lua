@@ -282,5 +282,3 @@ suite:test("mistakes are refused with field and remedy", function(t)
     finished { archive = GRID, survival = function() return {}, { {} } end }
   end)
 end)
-
-return suite

@@ -36,5 +36,3 @@ for _, seed in ipairs(SEEDS) do
       t:ok(last > found, ("random search found %.3f m"):format(found))
     end)
 end
-
-return suite

@@ -414,5 +414,3 @@ suite:test("memory does not grow with the generations of a run with a folder",
     t:ok(bytes < 2000, ("%.0f bytes for each generation"):format(bytes))
     t:ok(outside[3] <= 1.05 * outside[1], ("%d bytes, then %d"):format(outside[1], outside[3]))
   end)
-
-return suite

@@ -6,9 +6,7 @@ local server = require "support.server"
 
 local suite = require("limax.test").suite "interrupt"
 
--- s: without the interrupt each case takes a minute or more
-local LATE = process.LATE
-
+-- Without the interrupt each case runs until it is killed as a process that hangs.
 local READY = 'io.stderr:write "ready\\n" '
 
 -- A loop that prints "ready" when it has been compiled, where no hook can reach it.
@@ -27,9 +25,8 @@ end
 local function interrupt(t, text, signal)
   local child = started(t, text)
   child:signal(signal or "INT")
-  local status, output, seconds = child:finish()
+  local status, output = child:finish()
   t:equal(status, signal == "TERM" and 143 or 130)
-  t:ok(seconds < LATE, ("it took %.1f s"):format(seconds))
   return output
 end
 
@@ -42,13 +39,13 @@ suite:test("Ctrl-C ends interpreted loops, pcall loops, coroutines and waits", f
     "local f = coroutine.wrap(function() while true do pcall(tostring) coroutine.yield() end end) "
       .. "jit.off() while true do f() end",
     "while true do local p = io.popen 'sleep 0.01' p:read '*a' p:close() end",
-    "io.popen('exec sleep 60'):read '*a'",
-    "require('limax.host').wait(60)",
+    "io.popen('exec sleep 3600'):read '*a'",
+    "require('limax.host').wait(3600)",
   } do
     t:equal(interrupt(t, READY .. loop), "ready\nlimax: interrupted\n")
   end
   -- a scheduler asks a job to end so
-  t:equal(interrupt(t, READY .. "require('limax.host').wait(60)", "TERM"),
+  t:equal(interrupt(t, READY .. "require('limax.host').wait(3600)", "TERM"),
     "ready\nlimax: interrupted\n")
 end)
 
@@ -139,14 +136,13 @@ print "all is done"
 local last = newproxy(true)
 getmetatable(last).__gc = function()
   io.stderr:write "ready\n"
-  io.popen "exec sleep 60":read "*a"
+  io.popen "exec sleep 3600":read "*a"
 end
 %s
 ]]):format(last))
     child:signal "INT"
-    local ended, output, seconds = child:finish()
+    local ended, output = child:finish()
     t:equal({ ended, output }, { status, "all is done\nready\n" })
-    t:ok(seconds < LATE, ("it took %.1f s"):format(seconds))
   end
 end)
 
@@ -199,10 +195,8 @@ suite:test("an interrupted run resumes to the bytes of an uninterrupted one", fu
       ("LIMAX_TEST_HANG=%s LIMAX_TEST_URL=%s"):format(how, silent.url))
     child:wait_for "ready"
     child:signal "INT"
-    local seconds
-    status, output, seconds = child:finish()
-    t:ok(status == 130, output)
-    t:ok(seconds < LATE, ("%s: it took %.1f s"):format(how, seconds))
+    status, output = child:finish()
+    t:ok(status == 130, how .. ": " .. output)
     t:ok(output:find "\ncontinue with: [^\n]*limax run %-%-resume run\n", output)
     -- also after a hard stop, which writes nothing
     t:equal(evolution.state(folder .. "/run"), "stopped")

@@ -194,5 +194,3 @@ suite:test("islands that cannot be are refused", function(t)
       following()
     end)
 end)
-
-return suite

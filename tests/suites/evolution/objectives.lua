@@ -200,5 +200,3 @@ suite:test("mistakes are refused with field and remedy", function(t)
   refused("threshold and add: name one", { archive = { "novelty", descriptors = { "mass" },
     threshold = 1, add = 1 } })
 end)
-
-return suite

@@ -117,5 +117,3 @@ suite:test("a state that no file can hold is refused with its place", function(t
     evolution.small { state = {} }
   end)
 end)
-
-return suite

@@ -244,5 +244,3 @@ suite:test("--set changes a field of a trial", function(t)
   end)
   t:raises("trials: expected a list", function() small():override { "trials.7.duration=2" } end)
 end)
-
-return suite

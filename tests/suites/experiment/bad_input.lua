@@ -99,5 +99,3 @@ suite:test("a full disk: one message, and whole generations stay",
     t:equal(run(folder, { "run", "try.lua", "--out", "whole", "-q" }).status, 0)
     evolution.same_files(t, folder .. "/r", folder .. "/whole", { "r01/metrics.jsonl" })
   end)
-
-return suite

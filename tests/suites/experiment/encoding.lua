@@ -191,5 +191,3 @@ suite:test("a wrong encoding or variation is refused with place and remedy", fun
     :generations()()
   t:ok(said)
 end)
-
-return suite

@@ -207,5 +207,3 @@ suite:test("the paper's experiment states the paper's tables", function(t)
   t:equal({ config.simulation.edge, config.simulation.time_step }, { 0.1, 1e-5 })
   t:equal(config.materials, limax.engine.materials("paper"):table())
 end)
-
-return suite

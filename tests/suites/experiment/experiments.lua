@@ -62,5 +62,3 @@ for _, name in ipairs(host.file.list(FOLDER)) do
     t:equal(evolution.state(folder .. "/run"), "done")
   end)
 end
-
-return suite

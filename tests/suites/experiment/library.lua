@@ -6,8 +6,6 @@ local rows = require "limax.robot.rows"
 local scored_robot = require "limax.robot.scored_robot"
 local engine = limax.engine
 
--- ---- fitness -----------------------------------------------------------------------------------
-
 local fitness = require("limax.test").suite "fitness"
 
 -- A robot that came from (0, 0) over (1, 2) to (4, 6) in 5 s: 2 kg, three voxels of 0.1 m long.
@@ -76,8 +74,6 @@ fitness:test("a robot that failed has no measures", function(t)
     function() robot:distance() end)
 end)
 
--- ---- scenes ------------------------------------------------------------------------------------
-
 local scenes = require("limax.test").suite "scenes"
 
 scenes:test("a slope is tilted gravity", function(t)
@@ -116,8 +112,6 @@ scenes:test("what hovers in water stays, what is heavier sinks", function(t)
   -- without the drag of the water it would sink 2.45 m
   t:near(sunk(0.5), 0.5, { atol = 0.2 })
 end)
-
--- ---- diversity ---------------------------------------------------------------------------------
 
 local diversity = require("limax.test").suite "diversity"
 

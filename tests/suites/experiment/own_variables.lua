@@ -75,5 +75,3 @@ suite:test("one note names all functions, and resume repeats it", function(t)
   t:ok(notes[2]:find("lost when a run continues; use state = function() return { count = 6 } end",
     1, true), notes[2])
 end)
-
-return suite

@@ -166,13 +166,3 @@ suite:test("one scored robot is both parents, none is an error", function(t)
       function() scheme(scored { false, false }, random) end)
   end
 end)
-
-suite:test("a function is used as it is; a wrong name or option gets a suggestion", function(t)
-  local own = function() return 1, 2 end
-  t:ok(limax.selection.get(own) == own)
-  t:raises('unknown name "tournamant"; did you mean "tournament"?',
-    function() limax.selection.get "tournamant" end)
-  t:raises('did you mean "size"?', function() limax.selection.get { "tournament", sise = 3 } end)
-  t:raises("a table that does not begin with a name",
-    function() limax.selection.get { size = 3 } end)
-end)

@@ -10,8 +10,6 @@ local engine = limax.engine
 
 local MATERIALS = engine.materials "paper"
 
--- ---- letters -----------------------------------------------------------------------------------
-
 local letters = require("limax.test").suite "letters"
 
 letters:test("run along x, lines along y, layers along z; spaces around are ignored", function(t)
@@ -91,8 +89,6 @@ letters:test("a second simulate keeps the settings of the first", function(t)
   t:equal(finer.context.options.precision, "double")
   t:ok(finer.record.outcome.time_step < first.record.outcome.time_step)
 end)
-
--- ---- files -------------------------------------------------------------------------------------
 
 local files = require("limax.test").suite "robot files"
 

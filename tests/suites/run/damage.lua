@@ -247,5 +247,3 @@ suite:test("a link in a folder is refused by every command", function(t)
     t:equal(source.read(base .. "/kept"), "kept")
   end
 end)
-
-return suite

@@ -304,5 +304,3 @@ suite:test("an own loop continues where it was stopped", function(t)
   completes(t, folder, { "own.lua", "parts" })
   t:ok(host.file.exists(folder .. "/parts/scripts-2"))
 end)
-
-return suite
