@@ -194,7 +194,6 @@ CUresult cuModuleLoadDataEx(CUmodule* module, const void* image, unsigned count,
 CALL(cuModuleUnload, (CUmodule), --fake.modules)
 CUresult cuModuleGetFunction(CUfunction* function, CUmodule, const char* name) {
     BEGIN_IN_CONTEXT(cuModuleGetFunction);
-    if (std::strcmp(name, "absent") == 0) return CUDA_ERROR_NOT_FOUND;
     const bool prepares = std::strcmp(name, "limax_prepare") == 0;
     *function = reinterpret_cast<CUfunction>(prepares ? &prepare_kernel : &something);
     return CUDA_SUCCESS;
@@ -207,18 +206,6 @@ CUresult cuLaunchKernelEx(const CUlaunchConfig* config, CUfunction function, voi
     BEGIN_IN_CONTEXT(cuLaunchKernelEx);
     ++fake.launches;
     fake.blocks = config->gridDimX;
-    fake.threads = config->blockDimX;
-    fake.shared_bytes = config->sharedMemBytes;
-    fake.cluster = 1;
-    fake.cooperative = false;
-    for (unsigned i = 0; i < config->numAttrs; ++i) {
-        const CUlaunchAttribute& attribute = config->attrs[i];
-        if (attribute.id == CU_LAUNCH_ATTRIBUTE_CLUSTER_DIMENSION)
-            fake.cluster = attribute.value.clusterDim.x;
-        if (attribute.id == CU_LAUNCH_ATTRIBUTE_COOPERATIVE)
-            fake.cooperative = attribute.value.cooperative != 0;
-    }
-    std::memcpy(&fake.argument, arguments[0], sizeof fake.argument);
     if (fake.prepare && function == reinterpret_cast<CUfunction>(&prepare_kernel))
         fake.prepare(arguments[0], config->gridDimX);
     return CUDA_SUCCESS;

@@ -27,9 +27,7 @@ struct fake_driver {
     int calls_without_context = 0;
     std::size_t held = 0;  // bytes of its GPU
     int launches = 0;
-    unsigned blocks = 0, threads = 0, shared_bytes = 0, cluster = 0;  // of the last launch
-    bool cooperative = false;
-    double argument = 0;  // of the last launch: its first one, a double
+    unsigned blocks = 0;  // of the last launch
 };
 
 }  // namespace limax::test

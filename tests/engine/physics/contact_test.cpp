@@ -130,27 +130,3 @@ TEST_CASE("instances that no mass can touch at the same time do not shorten the 
     CHECK(bound({0, 0.4, 0.8}) < bound({0, 0.4}));
     CHECK(bound({0, 0.4, 5}) == bound({0, 0.4}));
 }
-
-TEST_CASE("a level plane acts as the ground, and the contact trace reports both") {
-    const auto run = [](const char* contact) {
-        stage body(lattice{2, 2, 1});
-        body.effects({"gravity", contact, "damping", "friction", "actuation"});
-        body.randomize(3);
-        body.setup.options.record[LIMAX_TRACE_CONTACT] = 50;
-        body.setup.options.time_step = 1e-4;
-        return body.run();
-    };
-    const auto ground = run("ground"), plane = run("planes");
-    const trace_view one = trace_of(*ground, 0, LIMAX_TRACE_CONTACT),
-                     other = trace_of(*plane, 0, LIMAX_TRACE_CONTACT);
-    double touching = 0;
-    for (int64_t i = 0; i < 10; ++i) {
-        CHECK(one.at(i, 0) == other.at(i, 0));
-        touching += one.at(i, 0);
-    }
-    CHECK(touching > 0);
-    // rounding grows through the switching of contacts
-    for (int axis = 0; axis < 3; ++axis)
-        CHECK(std::fabs(ground->outcomes()[0].center_end[axis] -
-                        plane->outcomes()[0].center_end[axis]) < 1e-6);
-}

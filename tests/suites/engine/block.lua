@@ -40,15 +40,6 @@ suite:test("a body that runs into a block pushes it along", { devices = "all" },
   t:near(limax.fitness.carry(robot, { axis = "x" }), 2 * later.displacement[1])
 end)
 
-suite:test("a robot file with a block replays to the same bits", { devices = "all" }, function(t)
-  local robot = thrown({ block = 50 }, nil, nil, t.device)
-  local path = t:folder() .. "/pusher.json"
-  robot:save(path)
-  local again = limax.robot(path):simulate { device = t.device }
-  t:same_bits(again:block(), robot:block())
-  t:same_bits(again:trace("block"):table(), robot:trace("block"):table())
-end)
-
 suite:test("the state of a block can be read while it moves", { devices = "all" }, function(t)
   local materials = engine.materials "paper"
   local population = engine.population { lattice = { 1, 1, 1 }, count = 1 }

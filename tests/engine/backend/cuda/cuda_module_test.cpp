@@ -1,5 +1,4 @@
-// cuda_module_test.cpp: binaries on their way to a GPU, with the fake driver (fake/driver.cpp):
-// functions, facts, launches, and what happens to a binary that the driver refuses.
+// cuda_module_test.cpp: what happens to a binary that the driver (fake/driver.cpp) refuses.
 #include <doctest/doctest.h>
 
 #include "backend/cuda/driver/kernel.h"
@@ -22,44 +21,6 @@ bool contains(const std::string& text, const std::string& part) {
 constexpr allowed_origins without_cache{true, false, true};
 
 }  // namespace
-
-TEST_CASE("a module has functions and facts, and a launch has the requested shape") {
-    const fake_machine machine;
-    {
-        const context gpu(*machine.api, 0);
-        const stream queue(gpu);
-        const auto binary = std::make_shared<const kernel_binary>(
-            kernel_binary{kernel_set::of_title("step LIMAX_NX=5"), "sm_90", "not an image",
-                          kernel_origin::compiled, 0.1, ""});
-        const kernel_module module(gpu, binary);
-        CHECK(contains(failure(LIMAX_INTERNAL, [&] { module.function("absent"); }),
-                       "looking for absent in kernel 'step LIMAX_NX=5'"));
-        CHECK(module.facts("present").registers == 100 + CU_FUNC_ATTRIBUTE_NUM_REGS);
-
-        const CUfunction function = module.function("present");
-        launch(gpu, function, {30, 256, 5000}, queue, "testing", 2.5);
-        CHECK(machine.fake->launches == 1);
-        CHECK(machine.fake->blocks == 30);
-        CHECK(machine.fake->threads == 256);
-        CHECK(machine.fake->shared_bytes == 5000);
-        CHECK(machine.fake->cluster == 1);
-        CHECK_FALSE(machine.fake->cooperative);
-        CHECK(machine.fake->argument == 2.5);
-        launch(gpu, function, {32, 128, 0, 16, true}, queue, "testing", -1.0, 7);
-        CHECK(machine.fake->cluster == 16);
-        CHECK(machine.fake->cooperative);
-        CHECK(machine.fake->argument == -1.0);
-        launch(gpu, function, {0, 128}, queue, "testing", 0.0);
-        CHECK(machine.fake->launches == 2);
-        machine.fail_next("cuLaunchKernelEx", CUDA_ERROR_LAUNCH_OUT_OF_RESOURCES);
-        CHECK(contains(failure(LIMAX_INTERNAL,
-                               [&] {
-                                   launch(gpu, function, {1, 2000}, queue, "testing", 0.0);
-                               }),
-                       "CUDA: cuLaunchKernelEx failed while testing: CUDA_ERROR_701"));
-    }
-    machine.check_given_back();
-}
 
 TEST_CASE("a binary that is too new for the driver is compiled again") {
     if (!has_built_kernels()) return;
