@@ -34,6 +34,20 @@ function terminal.word(text)
   return (terminal.shown(text):gsub("[\n\t]", " "))
 end
 
+--- The beginning of a text in UTF-8, cut between characters.
+---@param longest integer bytes
+function terminal.beginning(text, longest)
+  if #text <= longest then return text end
+  while longest > 0 and text:find("^[\128-\191]", longest + 1) do longest = longest - 1 end
+  return text:sub(1, longest)
+end
+
+--- The beginning of a text as `terminal.word`.
+---@param longest integer bytes
+function terminal.line(text, longest)
+  return terminal.beginning(terminal.word(text), longest)
+end
+
 --- The visible width of a text: escape sequences count 0, a UTF-8 letter 1.
 function terminal.width(text)
   local visible = text:gsub("\27%[[%d;]*m", "")
