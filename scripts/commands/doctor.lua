@@ -4,7 +4,7 @@
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
-local llm_check = require "limax.supervise.llm.check"
+local llm_client = require "limax.supervise.llm.client"
 local output = require "limax.base.output"
 local passes = require "limax.tools.console.passes"
 local scene_report = require "limax.tools.console.scene_report"
@@ -140,6 +140,27 @@ local function gather_tiers(cpu)
   return list
 end
 
+-- The language model that the environment names. Only with `ask` is anything sent: one short
+-- question, for which a local server may have to load its model first.
+local function gather_model(ask)
+  local made, missing = llm_client.new { budget = 120 }
+  if not made then return { configured = false, missing = missing } end
+  local facts = made:describe()
+  facts.configured = true
+  if not ask then return facts end
+  local answer, problem = made:ask({ { role = "user",
+    content = 'Answer with this JSON object and nothing else: {"mutation_rate": 0.1}' } },
+    { name = "proposal", schema = { type = "object", additionalProperties = false,
+      required = { "mutation_rate" }, properties = { mutation_rate = { type = "number" } } } })
+  facts.answered, facts.seconds = answer ~= nil, (answer or problem).seconds
+  if problem then
+    facts.failure = ("%s: %s"):format(problem.class, problem.message)
+  else
+    facts.form, facts.usage = answer.format, answer.usage
+  end
+  return facts
+end
+
 local function gather(ask)
   local environment = host.environment()
   local device = engine.device "cpu"
@@ -162,8 +183,25 @@ local function gather(ask)
   }
   for name, fact in pairs(gather_cuda()) do facts[name] = fact end
   facts.tiers = gather_tiers(device)
-  facts.llm = llm_check.gather(ask)
+  facts.llm = gather_model(ask)
   return facts
+end
+
+-- Prints the line about the language model.
+local function model_line(facts, line)
+  if not facts.configured then return line("", "LLM", "none: %s", facts.missing) end
+  local text = ("%s, model %s, %s"):format(facts.endpoint, facts.model,
+    facts.key and "key from " .. facts.key or "no key")
+  if facts.answered == nil then
+    line("ok", "LLM", "%s; not asked (--llm asks it)", text)
+  elseif facts.answered then
+    local used = facts.usage
+    line("ok", "LLM", "%s; answered in %.1f s, form %s, %s", text, facts.seconds, facts.form,
+      used and ("%d + %d tokens"):format(used.input_tokens, used.output_tokens)
+      or "tokens not reported")
+  else
+    line("bad", "LLM", "%s; no answer after %.1f s: %s", text, facts.seconds, facts.failure)
+  end
 end
 
 -- Prints the lines about GPUs.
@@ -244,8 +282,7 @@ local function show(facts)
   for _, tier in ipairs(facts.tiers) do
     line(tier.measured and "ok" or "", tier.name, "%s: %s", tier.what, tiers.price(tier.measured))
   end
-  local mark, text = llm_check.line(facts.llm)
-  line(mark, "LLM", "%s", text)
+  model_line(facts.llm, line)
   for _, tool in ipairs(facts.tools) do
     line(tool.path and "ok" or "", tool.name, "%s", tool.path or "not found; for " .. tool.purpose)
   end

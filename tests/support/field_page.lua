@@ -144,17 +144,8 @@ end
 ---@param trees table<string, field_page.field> by heading
 function field_page.compare_transcript(t, text, trees)
   for row in text:gmatch "[^\n]+" do
-    local line, nested = assert(host.json.decode(row)), {}
-    for name, value in pairs(line) do
-      -- OpenTelemetry's flat names with dots are like nested ones on the page
-      local at = nested
-      for step in name:gmatch "([^.]+)%." do
-        at[step] = at[step] or {}
-        at = at[step]
-      end
-      at[name:match "[^.]+$"] = value
-    end
-    field_page.compare(t, nested, trees[line.kind == "attempt" and "Attempt" or "Decision"])
+    local line = assert(host.json.decode(row))
+    field_page.compare(t, line, trees[line.kind == "attempt" and "Attempt" or "Decision"])
   end
 end
 

@@ -1,7 +1,6 @@
 --- model_stage.lua: a client of a language model whose HTTP function, clock, waits and environment
 --- are the test's. It notes everything that happens.
 
-local base64 = require "limax.base.base64"
 local client = require "limax.supervise.llm.client"
 local host = require "limax.host"
 
@@ -15,21 +14,20 @@ model_stage.MESSAGES = { { role = "user", content = "Propose something as JSON."
 ---@param options table|nil
 ---@param answers table
 ---@param environment table<string, string>|nil
----@param endpoints table|nil shared with other clients
+---@param breaker table|nil shared with other clients
 ---@return limax.llm.client|nil
 ---@return { requests: table[], bodies: table[], records: table[], waits: table, now: number }
 ---@return string|nil message
-function model_stage.new(options, answers, environment, endpoints)
+function model_stage.new(options, answers, environment, breaker)
   local notes = { requests = {}, bodies = {}, records = {}, waits = {}, now = 1000 }
   environment = environment or { LIMAX_LLM_URL = "http://127.0.0.1:1", LIMAX_LLM_MODEL = "m",
     LIMAX_LLM_KEY = model_stage.KEY }
-  local made, message = client.new(options or {}, { endpoints = endpoints,
+  local made, message = client.new(options or {}, { breaker = breaker,
     clock = function() return notes.now end,
     wait = function(seconds)
       notes.waits[#notes.waits + 1] = seconds
       notes.now = notes.now + seconds
     end,
-    random = function() return notes.random or 0 end,
     record = function(record) notes.records[#notes.records + 1] = record end,
     environment = function(name) return environment[name] end,
     http = function(request)
@@ -59,16 +57,8 @@ function model_stage.completion(content, fields)
   return { body = body }
 end
 
---- The form in which a text shows the key; nil where it does not.
----@return string|nil
-function model_stage.leaks(text)
-  local key = model_stage.KEY
-  local hex = key:gsub(".", function(letter) return ("%02x"):format(letter:byte()) end)
-  for _, form in ipairs { key:sub(1, 8), "SENTINEL", base64.encode(key):sub(1, 11),
-    base64.encode("user:" .. key):sub(9, 20), "SENTINEL%2F0123", hex:sub(1, 16) } do
-    if text:find(form, 1, true) then return form end
-  end
-end
+--- Does a text show the key, or a part of it?
+function model_stage.leaks(text) return text:find("SENTINEL", 1, true) ~= nil end
 
 --- Random whole numbers from 1 to n that are the same everywhere.
 ---@return fun(n: integer): integer

@@ -32,8 +32,7 @@ function talker.new(answer)
       local result = completed(answer(messages, asked, request))
       local body = host.json.encode { model = "talker", messages = messages }
       context.record { time = host.time(), ms = 0, request = body,
-        request_sha256 = host.sha256(body), http_status = 200, raw_body = result.content or "",
-        ["gen_ai.request.model"] = "talker" }
+        request_sha256 = host.sha256(body), http_status = 200, raw_body = result.content or "" }
       if result.class then return nil, result end
       return result
     end

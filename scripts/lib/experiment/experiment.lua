@@ -35,16 +35,15 @@ local trials = require "limax.experiment.trials"
 ---@field scripts string[] absolute paths of its script files
 ---@field origin string|nil absolute path of the file that made it
 ---@field warned boolean|nil were its notes shown?
----@field projected boolean|nil was its use of a language model estimated?
----@field endpoints table|nil what its runs learnt about endpoints of language models
+---@field breaker { failures: integer }|nil failed generations of a language model, in a row
 local Experiment = strict.methods "experiment"
 
 -- The fields of an experiment are in a table of their own, so that every assignment is seen.
 local FIELDS = {}
 
--- Fields that an experiment may lack; the last three are set while it runs.
-local MAY_LACK = { origin = true, state = true, archive = true, measured = true, projected = true,
-  warned = true, endpoints = true }
+-- Fields that an experiment may lack; the last two are set while it runs.
+local MAY_LACK = { origin = true, state = true, archive = true, measured = true, warned = true,
+  breaker = true }
 
 function Experiment.__index(self, key)
   local fields = rawget(self, FIELDS)

@@ -43,6 +43,13 @@ local function function_or(accepts, expected)
   end
 end
 
+-- Of a function the process in which a parser runs would need the source.
+local function parser(value, path)
+  if value == nil or type(value) == "string" and value ~= "" then return value end
+  return nil, ("%s: expected the path of a file that returns a parser, or Lua text of several lines"
+    .. " that does, got %s"):format(path, schema.show(value))
+end
+
 -- `supervise.get` checks the fallback itself.
 local function fallback(value, path)
   local name = type(value) == "table" and value[1] or value
@@ -56,8 +63,7 @@ local options = {
   context = function_or(function(value) return value == "summary" or value == "paper" end,
     '"summary", "paper" or a function'),
   context_tokens = schema.number { unit = "tokens", minimum = 200, maximum = 1e6, integer = true },
-  parse = function_or(function(value) return type(value) == "string" and value ~= "" end,
-    "a file that returns a parser, or a function"),
+  parse = parser,
   fallback = fallback,
   ask_every = schema.number { value = 1, unit = "generations", minimum = 1, maximum = 1e6,
     integer = true, reason = "as in the paper" },

@@ -119,7 +119,6 @@ suite:test("a smaller budget of tokens removes detail in the documented order", 
   local run, before = short_run(), nil
   for _, tokens in ipairs { 1e6, 3000, 1800, 1500, 1300, 1100, 900, 200 } do
     local request = ask(run, { context_tokens = tokens })
-    t:equal(request.tokens, context.tokens(request.messages))
     local last = #context.levels "summary"
     t:ok(request.tokens <= tokens or request.detail == last, ("%d"):format(tokens))
     if before then

@@ -58,11 +58,12 @@ suite:test("rejected fields are asked about once more, and the second answer cou
 end)
 
 suite:test("with a parser of the user's own, the form of the prompt is asked for", function(t)
-  local function parse(text)
-    local rate = tonumber(text:match "rate: (%S+)")
-    if not rate then return nil, "expected rate: NUMBER" end
-    return { mutation_rate = rate }
-  end
+  local parse = [[
+    return function(text)
+      local rate = tonumber(text:match "rate: (%S+)")
+      if not rate then return nil, "expected rate: NUMBER" end
+      return { mutation_rate = rate }
+    end]]
   local format
   local function asked(options)
     local talk = talker.new(function(messages)
@@ -120,7 +121,6 @@ suite:test("without a usable answer the fallback proposes, or nothing changes", 
     -- an answer within the reasoning counts if the content is empty
     local done = run_answer(t, { content = "", reasoning = 'so: {"mutation_rate": 0.13}' })
     t:equal(entry(done, 1, "mutation_rate").applied, 0.13)
-    t:equal(of_kind(done, "outcome")[1].asks[1].stage, "reasoning")
   end)
 
 suite:test("commands in an answer change nothing", { limit = 60 },
@@ -217,53 +217,29 @@ suite:test("a live prompt takes effect at the next generation, each version is k
   end)
 
 suite:test("a prompt that is too long for the model is shortened once", { limit = 60 }, function(t)
-  for _, refusal in ipairs { { class = "context", message = "more than 2048 tokens" },
-    -- cut silently, and answered with nothing of use
-    { content = "?", truncation = "prompt" } } do
-    local lengths = {}
-    local done = run(t, { "llm", client = talker.new(function(messages, n)
-      lengths[n] = #messages[2].content
-      return n % 2 == 1 and source.copy(refusal) or '{"mutation_rate": 0.12}'
-    end) })
-    t:ok(lengths[2] < lengths[1])
-    t:equal(of_kind(done, "outcome")[1].asks[2].purpose, "shrunk")
-    t:equal(done.ledger[2].source, "model")
-  end
-  local done = run_answer(t, { class = "context", message = "too long" })
+  local lengths = {}
+  local done = run(t, { "llm", client = talker.new(function(messages, n)
+    lengths[n] = #messages[2].content
+    return n % 2 == 1 and { class = "context", message = "more than 2048 tokens" }
+      or '{"mutation_rate": 0.12}'
+  end) })
+  t:ok(lengths[2] < lengths[1])
+  t:equal(of_kind(done, "outcome")[1].asks[2].purpose, "shrunk")
+  t:equal(done.ledger[2].source, "model")
+  done = run_answer(t, { class = "context", message = "too long" })
   t:equal({ #of_kind(done, "outcome")[1].asks, done.ledger[2].reason },
     { 2, "kept: context: too long" })
 end)
 
-suite:test("the model may be asked every few generations; equal answers are reported once",
-  { limit = 60 }, function(t)
-    local done = run_answer(t, '{"mutation_rate": 0.12}', { ask_every = 3 }, { generations = 20 })
-    t:equal({ #of_kind(done, "attempt"), #of_kind(done, "outcome") }, { 7, 19 })
-    t:equal({ done.ledger[3].source, done.ledger[3].reason },
-      { "held", "the model is asked every 3 generations" })
-    t:equal(done.timing[3].supervision.fallen_back, false)
-    t:equal(done.metrics[2].supervisor_failed, nil)
-    local broken = run(t, { "llm", ask_every = 2, client = talker.new(function() error "no" end) })
-    t:ok(broken.output:find("FAILED IN EVERY GENERATION (2 of 2)", 1, true), broken.output)
-    t:equal(select(2, done.output:gsub("the same answer 5 times in a row", "")), 1)
-    t:equal(of_kind(done, "outcome")[19].unchanged, 7)
-  end)
-
-suite:test("the expected waiting time is reported once, after the first answer", { limit = 60 },
-  function(t)
-    local slow = talker.new(function(_, n)
-      host.wait(n == 1 and 0.5 or 0)
-      return '{"mutation_rate": 0.12}'
-    end)
-    local done = run(t, { "llm", client = slow, ask_every = 2 },
-      { generations = 21, repetitions = 3 })
-    local _, times = done.output:gsub("the model answered in", "")
-    t:equal(times, 1)
-    -- seconds, unless the machine is very slow
-    local one, all = done.output:match("the model answered in %d+%.%d s: about (%d+) s for the 10"
-      .. " answers of a repetition, (%d+) s for 3 repetitions")
-    t:ok(one, done.output)
-    t:ok(tonumber(one) >= 5 and math.abs(all - 3 * one) <= 2, done.output)
-  end)
+suite:test("the model may be asked every few generations", { limit = 60 }, function(t)
+  local done = run_answer(t, '{"mutation_rate": 0.12}', { ask_every = 3 }, { generations = 8 })
+  t:equal({ #of_kind(done, "attempt"), #of_kind(done, "outcome") }, { 3, 7 })
+  t:equal({ done.ledger[3].source, done.ledger[3].reason },
+    { "held", "the model is asked every 3 generations" })
+  t:equal({ done.timing[3].supervision.fallen_back, done.metrics[2].supervisor_failed }, { false })
+  local broken = run(t, { "llm", ask_every = 2, client = talker.new(function() error "no" end) })
+  t:ok(broken.output:find("FAILED IN EVERY GENERATION (2 of 2)", 1, true), broken.output)
+end)
 
 suite:test("wrong options are refused before the run", function(t)
   local silent = talker.new(function() return "{}" end)
@@ -271,7 +247,8 @@ suite:test("wrong options are refused before the run", function(t)
     ['supervisor "llm".context: expected "summary", "paper" or a function'] = { context = "all" },
     ['supervisor "llm".fallback: "llm" cannot be the fallback of a model'] = { fallback = "llm" },
     ['supervisor "llm".key: an experiment cannot name a key'] = { key = "sk-1" },
-    ['there is no nowhere.md'] = { prompt = "nowhere.md" },
+    ['there is no file nowhere.md in '] = { prompt = "nowhere.md" },
+    ['parse: expected the path of a file that returns a parser'] = { parse = function() end },
   } do
     options[1], options.client = "llm", silent
     t:raises(expected, function() run(t, options) end)

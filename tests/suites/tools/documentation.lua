@@ -89,8 +89,8 @@ local function client(options, context)
     asked = asked + 1
     local body = host.json.encode { messages = messages }
     context.record { time = host.time(), ms = 3, request = body, request_sha256 = host.sha256(body),
-      http_status = 200, raw_body = "{}", probe = false, raw_body_truncated = false,
-      ["gen_ai.request.model"] = "m", ["gen_ai.response.finish_reasons"] = { "stop" } }
+      http_status = 200, raw_body = "{}", raw_body_truncated = false,
+      answer = { content = "", model = "m", finish_reason = "stop" } }
     if asked == 2 then return nil, { class = "http", message = "HTTP 500", http_status = 500,
       attempts = 1 } end
     return { content = asked == 1 and '{"mutation_rate": 0.15, "reason": "why",'

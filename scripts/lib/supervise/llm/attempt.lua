@@ -1,17 +1,15 @@
 --- attempt.lua: one HTTP request to a language model, its answer, the record of both, and the class
---- of a failure. The key is taken out of everything before it is read.
+--- of a failure. The key is replaced in all texts that leave this file.
 
-local base64 = require "limax.base.base64"
-local failure = require "limax.base.failure"
+local defaults = require "limax.settings.defaults"
 local host = require "limax.host"
 local reply = require "limax.supervise.llm.reply"
+local source = require "limax.base.source"
 local terminal = require "limax.base.terminal"
-local text = require "limax.supervise.llm.text"
 
 local attempt = {}
 
--- A longer answer is cut; the transcript has every byte of a shorter one.
-local LARGEST = 1048576 -- bytes
+local LARGEST = 1048576 -- bytes; a longer answer is cut
 local CONNECT = 5 -- s, as in openai-python
 local LONGEST_MESSAGE = 300 -- bytes
 
@@ -24,108 +22,107 @@ local HINTS = {
   [404] = "are the URL and the model right?", [402] = "the account has to be paid",
 }
 
+-- The body of a request. `format` is the form of the answer.
+local function fields_of(client, messages, format, question)
+  local options, endpoint = client.options, client.endpoint
+  local fields = { model = endpoint.model, messages = messages, stream = false,
+    temperature = options.temperature, seed = options.seed }
+  -- OpenAI's own models refuse max_tokens; other servers do not know max_completion_tokens and
+  -- would write without end
+  local limit = endpoint.provider == "other" and "max_tokens" or "max_completion_tokens"
+  fields[limit] = options.max_tokens or defaults.fields.llm.max_tokens.value
+  if format == "json_schema" and question.schema then
+    fields.response_format = { type = format, json_schema = { name = question.name or "answer",
+      strict = true, schema = question.schema } }
+  elseif format ~= "plain" then
+    fields.response_format = { type = "json_object" }
+  end
+  return fields
+end
+
+-- Adds what a whole HTTP answer contains: reply, class, message.
+local function read(outcome, answer, redact)
+  local value, unreadable = reply.decode(answer.body, answer.headers["content-type"])
+  local refusal, status = value and reply.refusal(value), answer.status
+  outcome.reply = value and reply.read(value)
+  -- an escaped key shows only in decoded texts
+  for name, part in pairs(outcome.reply or {}) do
+    if type(part) == "string" then outcome.reply[name] = redact(part) end
+  end
+  local good = status >= 200 and status < 300
+  if good and not value then
+    outcome.class, outcome.message = "envelope", unreadable
+  elseif good and not refusal then
+    outcome.class, outcome.message = reply.fault(outcome.reply)
+  else
+    refusal = refusal or {}
+    -- an error under a good status: routers put their provider's status into it
+    if good then status = refusal.status or status end
+    outcome.class = good and not refusal.status and "envelope" or reply.class_of(status, refusal)
+    outcome.status = status
+    local reason = refusal.message
+    if status >= 300 and status < 400 then reason = "a redirect, which is not followed" end
+    outcome.message = ("HTTP %d%s%s"):format(answer.status, reason and ": " .. reason or "",
+      HINTS[status] and "; " .. HINTS[status] or "")
+  end
+end
+
 -- A message as one short line.
 local function short(message)
-  message = text.line(message, #message):gsub("%s+", " ")
-  if #message <= LONGEST_MESSAGE then return message end
-  return text.beginning(message, LONGEST_MESSAGE - 3) .. "..."
+  return message and terminal.line(message:gsub("%s+", " "), LONGEST_MESSAGE)
+end
+
+-- The record of a request and its response: an answer of host.http, or its problem.
+local function record_of(endpoint, body, response, outcome)
+  local redact, headers = endpoint.redact, response.headers
+  local function cleaned(value) return value and short(redact(value)) end
+  return {
+    endpoint = endpoint.shown, request = redact(body), request_sha256 = host.sha256(body),
+    http_status = response.status > 0 and response.status or nil,
+    retry_after = cleaned(headers["retry-after"]), x_request_id = cleaned(headers["x-request-id"]),
+    curl = cleaned(response.curl), curl_kind = response.kind, failure = outcome.class,
+    raw_body = terminal.utf8(redact(response.body)), raw_body_truncated = response.kind == "size",
+    answer = source.copy(outcome.reply),
+  }
 end
 
 ---@class limax.llm.outcome
----@field class string|nil nil for a good answer
+---@field class string|nil of the failure; nil for a good answer
 ---@field message string|nil
 ---@field kind string|nil of a failure below HTTP, as host.http names it
 ---@field status integer|nil
 ---@field headers table<string, string>
----@field refusal limax.llm.refusal|nil
----@field reply limax.llm.reply|nil
----@field decoded table|nil the answer
----@field usage { input_tokens: integer, output_tokens: integer }|nil
----@field body string
+---@field reply limax.llm.reply|nil of a model that ran
+---@field form_refused boolean|nil is the request worth another try without response_format?
 
--- Sets class, message and what else follows from a whole HTTP answer.
-local function read(outcome, answer)
-  local value, unreadable = reply.decode(outcome.body, answer.headers["content-type"])
-  local refusal, status = value and reply.refusal(value), answer.status
-  outcome.decoded = value
-  local good = status >= 200 and status < 300
-  if good and not value then
-    outcome.class, outcome.message = "envelope", unreadable
-    return
-  elseif good and not refusal then
-    outcome.usage = reply.usage(value)
-    outcome.reply, outcome.class, outcome.message = reply.read(value)
-    return
-  end
-  refusal = refusal or {}
-  -- an error under a good status: routers put their provider's status into it
-  if good then status = refusal.status or status end
-  outcome.class = good and not refusal.status and "envelope" or reply.class_of(status, refusal)
-  outcome.status, outcome.refusal = status, refusal
-  local reason = refusal.message or refusal.code or refusal.type
-  if status >= 300 and status < 400 then reason = "a redirect, which is not followed" end
-  outcome.message = ("HTTP %d%s%s"):format(answer.status, reason and ": " .. reason or "",
-    HINTS[status] and "; " .. HINTS[status] or "")
-end
-
--- The record of a request and its response: an answer of host.http, or its problem.
-local function record_of(endpoint, request, response, outcome)
-  local redact, fields = endpoint.redact, request.fields
-  local function cleaned(value) return value and short(redact(value)) or nil end
-  local headers, readable = response.headers, terminal.utf8(outcome.body) == outcome.body
-  local record = {
-    attempt = request.number, probe = request.probe, endpoint = redact(endpoint.shown),
-    request = redact(request.body), request_sha256 = host.sha256(request.body),
-    http_status = response.status > 0 and response.status or nil,
-    retry_after = cleaned(headers["retry-after"]),
-    retry_after_ms = cleaned(headers["retry-after-ms"]),
-    x_request_id = cleaned(headers["x-request-id"]),
-    curl = cleaned(response.curl), curl_kind = response.kind, failure = outcome.class,
-    raw_body = readable and outcome.body or nil,
-    raw_body_base64 = not readable and base64.encode(outcome.body) or nil,
-    raw_body_truncated = response.kind == "size",
-    ["gen_ai.operation.name"] = "chat", ["gen_ai.provider.name"] = endpoint.provider,
-    ["gen_ai.request.model"] = redact(endpoint.model),
-    ["gen_ai.request.temperature"] = fields.temperature, ["gen_ai.request.seed"] = fields.seed,
-    ["gen_ai.request.max_tokens"] = fields.max_tokens or fields.max_completion_tokens,
-  }
-  for name, value in pairs(outcome.decoded and reply.telemetry(outcome.decoded) or {}) do
-    record[name] = value
-  end
-  return record
-end
-
---- The body of a request; nil and a message where JSON cannot hold it.
-function attempt.encode(fields, redact)
-  local ok, body = failure.attempt(host.json.encode, fields)
-  if ok then return body end
-  return nil, short(redact(failure.bare(body)))
-end
-
---- Sends one request of a client and records it. Raises only what Ctrl-C and `record` raise.
----@param client limax.llm.client
----@param request { fields: table, body: string, timeout: number, number: integer, probe: boolean }
---- `body` is `fields` as JSON, `timeout` in seconds, `number` within the question
-function attempt.send(client, request)
+--- Sends one request of a client and records it. Raises what Ctrl-C and `record` raise,
+--- and an error where JSON cannot hold the request.
+---@param format "json_schema"|"json_object"|"plain" of the answer
+---@param question limax.llm.question
+---@param timeout number s
+---@return limax.llm.outcome
+function attempt.send(client, messages, format, question, timeout)
   local endpoint, machine = client.endpoint, client.machine
+  local redact, fields = endpoint.redact, fields_of(client, messages, format, question)
+  local body = host.json.encode(fields)
   local time, started = host.time(), machine.clock()
   local answer, message, problem = machine.http {
-    url = endpoint.url, method = "POST", headers = endpoint.headers(), body = request.body,
-    timeout = request.timeout, connect_timeout = CONNECT, largest = LARGEST,
+    url = endpoint.url, method = "POST", headers = endpoint.headers(), body = body,
+    timeout = timeout, connect_timeout = CONNECT, largest = LARGEST,
     allow_insecure = client.options.allow_insecure or false, ca_file = client.options.ca_file,
   }
-  local took = machine.clock() - started
-  local response = answer or problem
-  local outcome = { headers = response.headers, body = endpoint.redact(response.body) }
+  local took, response = machine.clock() - started, answer or problem
+  local outcome = { headers = response.headers, status = answer and answer.status }
   if answer then
-    outcome.status = answer.status
-    read(outcome, answer)
+    read(outcome, answer, redact)
+    outcome.form_refused = fields.response_format and outcome.class == "http"
+      and (outcome.status == 400 or outcome.status == 422)
   else
     outcome.kind, outcome.class = problem.kind, CLASSES[problem.kind] or "transport"
     outcome.message = message
   end
-  outcome.message = outcome.message and short(endpoint.redact(outcome.message))
-  local record = record_of(endpoint, request, response, outcome)
+  outcome.message = outcome.message and short(redact(outcome.message))
+  local record = record_of(endpoint, body, response, outcome)
   record.time, record.ms = time, math.floor(took * 1000 + 0.5)
   machine.record(record)
   return outcome

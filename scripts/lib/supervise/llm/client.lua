@@ -1,42 +1,20 @@
 --- client.lua: asks a language model over the chat completions protocol within a budget of
---- seconds: retries, smaller forms of the request, a breaker, caps. A failure is nil and a table
---- with a class; only Ctrl-C raises.
+--- seconds: retries, a simpler form of a refused request, a breaker, caps. A failure is nil and a
+--- table with a class.
 
 local attempt = require "limax.supervise.llm.attempt"
 local defaults = require "limax.settings.defaults"
 local endpoint = require "limax.supervise.llm.endpoint"
-local form = require "limax.supervise.llm.form"
 local host = require "limax.host"
-local reply = require "limax.supervise.llm.reply"
-local retry = require "limax.supervise.llm.retry"
 local source = require "limax.base.source"
 local usage = require "limax.supervise.llm.usage"
 
 local client = {}
 
--- The breaker's short request, and its seconds. Some models accept no fewer tokens.
-local PROBE = { messages = { { role = "user", content = "Answer with the word OK." } },
-  max_tokens = 16, plain = true, probe = true }
-local PROBE_TIME = 5
-
--- Failures of a working endpoint.
-local ALIVE = { context = true, refusal = true, filter = true }
-
--- Not repeatable on purpose: clients that failed together should not return together.
-local function jitter()
-  return tonumber(host.sha256(("%.9f"):format(host.clock())):sub(1, 8), 16) / 2 ^ 32
-end
-
 ---@class limax.llm.client
----@field endpoint limax.llm.endpoint
----@field options table
----@field machine limax.llm.machine
----@field shared { breaker: limax.llm.breaker, form: limax.llm.form } by clients of this endpoint
---- and model
----@field own { totals: limax.llm.totals, generation: integer|nil } of this client; the newest
---- generation
 ---@field budget number s per generation
 ---@field timeout number s per attempt
+---@field failed_in integer|nil the generation that failed last
 local Client = {}
 Client.__index = Client
 
@@ -44,11 +22,9 @@ Client.__index = Client
 ---@field clock? fun(): number s, never steps back
 ---@field wait? fun(seconds: number)
 ---@field http? fun(request: table): table|nil, string|nil, table|nil
----@field random? fun(): number from 0 to 1
 ---@field record? fun(attempt: table) called once for every attempt, before its text is parsed
 ---@field environment? fun(name: string): string|nil
----@field endpoints? table<string, table> clients with the same table share what they learn of an
---- endpoint and model
+---@field breaker? { failures: integer } generations that failed in a row; clients may share it
 
 --- A client for the endpoint that options and environment name; nil and a message where there is
 --- none.
@@ -64,141 +40,116 @@ function client.new(options, machine)
   end
   local found, message = endpoint.find(options, machine.environment)
   if not found then return nil, message end
-  local endpoints = machine.endpoints or {}
-  local name = table.concat({ found.shown, found.model, options.format or "" }, "\n")
-  endpoints[name] = endpoints[name]
-    or { breaker = retry.breaker(), form = form.new(found.provider, options.format) }
-  retry.begin(endpoints[name].breaker)
   local where, fields = found.loopback and "_loopback" or "", defaults.fields.llm
   return setmetatable({
-    endpoint = found, options = options, shared = endpoints[name],
-    own = { totals = usage.totals(options.price) },
-    machine = {
-      clock = machine.clock or host.clock, wait = machine.wait or host.wait,
-      http = machine.http or host.http, random = machine.random or jitter,
-      record = machine.record or function() end,
-    },
+    endpoint = found, options = options, spent = usage.totals(options.price),
+    machine = { clock = machine.clock or host.clock, wait = machine.wait or host.wait,
+      http = machine.http or host.http, record = machine.record or function() end,
+      breaker = machine.breaker or { failures = 0 } },
     budget = options.budget or fields["budget" .. where].value,
     timeout = options.timeout or fields["timeout" .. where].value,
   }, Client)
 end
 
----@return { endpoint: string, model: string, provider: string, key: string|nil }
-function Client:describe()
-  local found = self.endpoint
-  return { endpoint = found.redact(found.shown), model = found.redact(found.model),
-    provider = found.provider, key = found.key_source }
-end
+-- ---- attempts -----------------------------------------------------------------------------------
 
--- One attempt of at most `timeout` seconds; an outcome that is not `sent` left no trace.
-local function send(self, wish, timeout, number)
+local RETRIES = 2 -- after the first attempt
+local FIRST_WAIT = 0.5 -- s before the first retry; it doubles
+local LEAST_ATTEMPT = 1 -- s; with less time left an attempt could only fail
+
+-- Statuses, with 500 and above, and kinds of failure of host.http. A certificate, an encoding or a
+-- size would fail again.
+local REPEATED = { [408] = true, [409] = true, [429] = true, resolve = true, connect = true,
+  connect_timeout = true, timeout = true, reset = true, partial = true, tls = true }
+
+local FINAL = { quota = true, context = true, envelope = true }
+
+-- One attempt of at most `timeout` seconds, unless a cap forbids it.
+local function send(self, messages, format, question, timeout)
+  local prompt = usage.estimate(messages)
+  local refused = usage.refusal(self.options, self.spent, prompt)
+  if refused then return { class = "caps", message = refused } end
   if timeout <= 0 then
     return { class = "budget", message = "no time is left in this generation's budget" }
   end
-  local options, totals = self.options, self.own.totals
-  local refused = usage.refusal(options, totals, usage.prompt_tokens(wish.messages))
-  if refused then return { class = "caps", message = refused } end
-  local fields = form.fields(self.shared.form, wish)
-  fields.model = self.endpoint.model
-  local body, message = attempt.encode(fields, self.endpoint.redact)
-  if not body then return { class = "request", message = message } end
-  totals.calls = totals.calls + 1
-  local outcome = attempt.send(self, { fields = fields, body = body, timeout = timeout,
-    number = number, probe = wish.probe or false })
-  outcome.sent, outcome.prompt_tokens = true, usage.prompt_tokens(fields.messages)
-  local answer, refusal = outcome.reply, outcome.refusal
-  outcome.model_ran = outcome.decoded and reply.has_choice(outcome.decoded)
-  if outcome.model_ran then
-    local written = answer and answer.content .. (answer.reasoning or "") or ""
-    outcome.cost = usage.add(totals, options.price, outcome.usage, outcome.prompt_tokens,
-      usage.tokens(written))
-  end
-  if refusal and outcome.class == "http" and (outcome.status == 400 or outcome.status == 422) then
-    outcome.learnt = form.learn(self.shared.form, refusal, fields)
+  local outcome = attempt.send(self, messages, format, question, timeout)
+  self.spent.calls = self.spent.calls + 1
+  local read = outcome.reply
+  if read then
+    -- without a usage estimates count towards the caps, but are no cost of an answer
+    local used = read.usage or { input_tokens = prompt,
+      output_tokens = usage.estimate { read, { content = read.reasoning or "" } } }
+    local cost = usage.add(self.spent, self.options.price, used.input_tokens, used.output_tokens)
+    read.cost = read.usage and cost
   end
   return outcome
 end
 
-local function answer_of(self, outcome)
-  local read, used = outcome.reply, outcome.usage
-  local truncation = usage.is_cut(outcome.prompt_tokens, used and used.input_tokens) and "prompt"
-    or read.finish_reason == "length" and "answer" or nil
-  local answer = { usage = used, cost = outcome.cost, truncated = truncation ~= nil,
-    truncation = truncation }
-  -- a key in escapes shows only in the decoded text
-  for _, name in ipairs { "content", "reasoning", "finish_reason", "model", "id" } do
-    answer[name] = read[name] and self.endpoint.redact(read[name])
+-- Seconds to wait before a failed attempt is repeated; nil if it is not, and perhaps why. `left` is
+-- the rest of the budget in seconds.
+local function wait_after(outcome, retries, left)
+  local repeated = REPEATED[outcome.kind or outcome.status]
+    or not outcome.kind and outcome.status >= 500
+  if not repeated or FINAL[outcome.class] then return nil end
+  if retries == RETRIES then return nil, ("%d attempts failed"):format(RETRIES + 1) end
+  -- dates, and numbers that only Lua knows ("0x10", "nan"), are no wait that was asked for
+  local asked = (outcome.headers["retry-after"] or ""):match "^%s*(%d+%.?%d*)%s*$"
+  local seconds = tonumber(asked) or FIRST_WAIT * 2 ^ retries
+  if seconds + LEAST_ATTEMPT > left then
+    return nil, ("no time is left to wait %.3g s and try again"):format(seconds)
   end
-  return answer
+  return seconds
 end
 
-local function failed(outcome, class, message)
-  return { class = class or outcome.class, message = message or outcome.message,
-    http_status = outcome.status, usage = outcome.usage, cost = outcome.cost }
-end
-
--- Attempts until one succeeds or none may follow; `number` of them were made before. Returns
--- answer, failure and the number of attempts.
-local function try(self, wish, deadline, number)
-  local machine, made = self.machine, { retries = 0, timeouts = 0 }
+-- Attempts until one succeeds or none may follow. Returns answer, failure and the number of
+-- attempts.
+local function try(self, messages, question, deadline)
+  local machine, format = self.machine, self.options.format or "json_schema"
+  local attempts, retries = 0, 0
   while true do
-    local outcome = send(self, wish, math.min(self.timeout, deadline - machine.clock()), number + 1)
-    if not outcome.sent then return nil, failed(outcome), number end
-    number = number + 1
-    if outcome.reply then return answer_of(self, outcome), nil, number end
-    if outcome.kind == "timeout" then made.timeouts = made.timeouts + 1 end
-    if not outcome.learnt then
-      local seconds, reason = retry.wait(outcome, made, deadline - machine.clock(),
-        machine.random())
-      if not seconds then
-        local message = outcome.message .. (reason and "; " .. reason or "")
-        return nil, failed(outcome, nil, message), number
-      end
-      made.retries = made.retries + 1
+    local left = deadline - machine.clock()
+    local outcome = send(self, messages, format, question, math.min(self.timeout, left))
+    local failure = { class = outcome.class, message = outcome.message,
+      http_status = outcome.status }
+    if not outcome.headers then return nil, failure, attempts end
+    attempts = attempts + 1
+    if not outcome.class then
+      outcome.reply.format = format
+      return outcome.reply, nil, attempts
+    elseif outcome.form_refused then
+      format = "plain"
+    else
+      local seconds, reason = wait_after(outcome, retries, deadline - machine.clock())
+      if reason then failure.message = failure.message .. "; " .. reason end
+      if not seconds then return nil, failure, attempts end
+      retries = retries + 1
       machine.wait(seconds)
     end
   end
 end
 
--- Generations since the last question of this client, 0 in the same one. A client that serves
--- several repetitions begins again at 0; questions without a number are generations of their own.
-local function generations_passed(self, generation)
-  local last = self.own.generation
-  self.own.generation = generation
-  if generation and generation == last then return 0 end
-  return math.max(generation and last and generation - last or 1, 1)
-end
+-- ---- questions ----------------------------------------------------------------------------------
 
--- Asks unless the breaker is open. Returns answer, failure and the number of attempts.
-local function ask(self, messages, question, deadline)
-  local breaker, options, probed = self.shared.breaker, self.options, 0
-  local state, left = retry.enter(breaker, generations_passed(self, question.generation))
-  if state == "open" then
-    return nil, failed({}, "breaker", ("the endpoint failed in %d generations; generations until it"
-      .. " is probed: %d"):format(breaker.failures, left)), 0
-  elseif state == "probe" then
-    local outcome = send(self, PROBE,
-      math.min(PROBE_TIME, self.timeout, deadline - self.machine.clock()), 1)
-    if not outcome.sent then return nil, failed(outcome), 0 end
-    -- an answer without a text counts: all tokens may have been used for reasoning
-    if not (outcome.model_ran or outcome.learnt or ALIVE[outcome.class]) then
-      retry.failed(breaker)
-      return nil, failed(outcome, "breaker",
-        "a probe found the endpoint failing: " .. outcome.message), 1
+-- After so many failed generations in a row an endpoint is not asked again.
+local PATIENCE = 3
+
+-- Failures of a working endpoint.
+local ALIVE = { context = true, refusal = true, filter = true }
+
+-- Counts a failed generation for the breaker, several failures in one once. The message of the last
+-- one states that no other is asked.
+local function count(self, failure, attempts, generation)
+  local breaker = self.machine.breaker
+  if not failure or ALIVE[failure.class] then
+    breaker.failures = 0
+  elseif attempts > 0 and failure.class ~= "caps"
+    and not (generation and generation == self.failed_in) then
+    self.failed_in, breaker.failures = generation, breaker.failures + 1
+    if breaker.failures == PATIENCE then
+      failure.message = ("the endpoint failed in %d generations in a row and is not asked again in"
+        .. " this run: %s"):format(PATIENCE, failure.message)
     end
-    probed = 1
   end
-  local answer, failure, count = try(self, {
-    messages = messages, schema = question.schema, name = question.name,
-    max_tokens = options.max_tokens or defaults.fields.llm.max_tokens.value,
-    temperature = options.temperature, seed = options.seed,
-  }, deadline, probed)
-  if answer or ALIVE[failure.class] then
-    retry.succeeded(breaker)
-  elseif failure.class ~= "caps" and failure.class ~= "request" and count > probed then
-    retry.failed(breaker)
-  end
-  return answer, failure, count
 end
 
 ---@class limax.llm.question
@@ -207,28 +158,19 @@ end
 ---@field budget? number s that this generation has left
 ---@field generation? integer to which this question belongs, for the breaker; without it, its own
 
----@class limax.llm.answer
----@field content string
----@field reasoning string|nil
----@field finish_reason string|nil
----@field usage { input_tokens: integer, output_tokens: integer }|nil
----@field cost number|nil nil where price or usage are unknown
----@field model string|nil as the endpoint names it
----@field id string|nil
+---@class limax.llm.answer: limax.llm.reply
+---@field format "json_schema"|"json_object"|"plain" what the endpoint accepted
+---@field cost number|nil nil where price or usage are unknown, never 0
 ---@field attempts integer
 ---@field seconds number
----@field truncated boolean was the prompt or the answer cut?
----@field truncation "prompt"|"answer"|nil
 
 ---@class limax.llm.failure
 ---@field class "transport"|"timeout"|"http"|"quota"|"auth"|"envelope"|"budget"|"breaker"|"caps"|
----"refusal"|"filter"|"context"|"request"
+---"refusal"|"filter"|"context"
 ---@field message string one line, without the key
 ---@field attempts integer
 ---@field seconds number
 ---@field http_status integer|nil
----@field usage { input_tokens: integer, output_tokens: integer }|nil where the model did run
----@field cost number|nil
 
 --- Asks, and retries where that can help, until the budget is used up.
 ---@param messages { role: string, content: string }[]
@@ -237,35 +179,36 @@ end
 ---@return limax.llm.failure|nil
 function Client:ask(messages, question)
   question = question or {}
-  local started = self.machine.clock()
-  local answer, failure, attempts =
-    ask(self, messages, question, started + (question.budget or self.budget))
+  local started, attempts = self.machine.clock(), 0
+  local answer, failure
+  if self.machine.breaker.failures >= PATIENCE then
+    failure = { class = "breaker", message = "the endpoint is not asked again in this run" }
+  else
+    answer, failure, attempts =
+      try(self, messages, question, started + (question.budget or self.budget))
+    count(self, failure, attempts, question.generation)
+  end
   local result = answer or failure
   result.attempts, result.seconds = attempts, self.machine.clock() - started
   return answer, failure
 end
 
+---@return { endpoint: string, model: string, provider: string, key: string|nil }
+function Client:describe()
+  local found = self.endpoint
+  return { endpoint = found.shown, model = found.model, provider = found.provider,
+    key = found.key_source }
+end
+
 --- Calls, tokens and cost so far.
----@return limax.llm.totals
-function Client:totals() return source.copy(self.own.totals) end
-
---- Breaker, accepted fields and totals as plain values, for a checkpoint.
 ---@return table
-function Client:state()
-  local about, breaker = self:describe(), source.copy(self.shared.breaker)
-  breaker.generation = self.own.generation
-  return { endpoint = about.endpoint, model = about.model, breaker = breaker,
-    capabilities = source.copy(self.shared.form), totals = self:totals() }
-end
+function Client:totals() return source.copy(self.spent) end
 
---- Continues from a checkpoint. What was learnt of another endpoint or model is left out.
-function Client:restore(state)
-  local about = self:describe()
-  self.own.totals = source.copy(state.totals)
-  if state.endpoint ~= about.endpoint or state.model ~= about.model then return end
-  self.shared.breaker, self.shared.form = source.copy(state.breaker),
-    source.copy(state.capabilities)
-  self.own.generation = state.breaker.generation
-end
+--- What a resumed run continues with: the totals. It asks an endpoint again that failed before.
+---@return table
+function Client:state() return { totals = self:totals() } end
+
+--- Continues from the state of another client.
+function Client:restore(state) self.spent = source.copy(state.totals) end
 
 return client

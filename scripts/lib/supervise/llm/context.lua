@@ -4,13 +4,9 @@
 
 local host = require "limax.host"
 local ledger = require "limax.supervise.ledger"
-local text = require "limax.supervise.llm.text"
+local terminal = require "limax.base.terminal"
 
 local context = {}
-
--- Low for text that is mostly numbers: with an estimate that is too small, a server would cut the
--- prompt silently.
-local BYTES_PER_TOKEN = 3
 
 --- Tokens of a prompt by default. They leave room for an answer within Ollama's default of 4096.
 context.TOKENS = 3000
@@ -18,51 +14,36 @@ context.TOKENS = 3000
 -- Longest name or reason of the run that enters a prompt, bytes.
 local LONGEST = 120
 
----@class limax.llm.detail how much of a history a prompt contains
----@field bodies integer best robots of the last generation
----@field outcomes integer former proposals
----@field spread boolean quantiles and the diversity of genotypes
----@field generations integer
----@field half boolean|nil of "paper": the better half of each population
-
--- Each row: bodies, outcomes, spread, generations, half. The first that fits is taken.
-local LEVELS = {
-  summary = { { 5, 3, true, 3 }, { 3, 3, true, 3 }, { 1, 3, true, 3 }, { 0, 3, true, 3 },
-    { 0, 1, true, 3 }, { 0, 1, false, 3 }, { 0, 1, false, 1 }, { 0, 0, false, 1 } },
-  paper = { { 0, 0, true, 3 }, { 0, 0, true, 2 }, { 0, 0, true, 1 }, { 0, 0, true, 1, true } },
-}
-for _, levels in pairs(LEVELS) do
-  for k, row in ipairs(levels) do
-    levels[k] = { bodies = row[1], outcomes = row[2], spread = row[3], generations = row[4],
-      half = row[5] }
-  end
+-- How much of a history a prompt contains: the best robots of the last generation, former
+-- proposals, quantiles and the diversity of genotypes, generations, and of "paper" whether only the
+-- better half of each population.
+local function detail_of(bodies, outcomes, spread, generations, half)
+  return { bodies = bodies, outcomes = outcomes, spread = spread, generations = generations,
+    half = half }
 end
+
+-- The first that fits is taken.
+local LEVELS = {
+  summary = { detail_of(5, 3, true, 3), detail_of(3, 3, true, 3), detail_of(1, 3, true, 3),
+    detail_of(0, 3, true, 3), detail_of(0, 1, true, 3), detail_of(0, 1, false, 3),
+    detail_of(0, 1, false, 1), detail_of(0, 0, false, 1) },
+  paper = { detail_of(0, 0, true, 3), detail_of(0, 0, true, 2), detail_of(0, 0, true, 1),
+    detail_of(0, 0, true, 1, true) },
+}
 
 --- The levels of detail of a context, from most to least.
 ---@param name "summary"|"paper"
----@return limax.llm.detail[]
+---@return table[]
 function context.levels(name) return LEVELS[name] end
-
---- Estimated tokens of a list of messages.
-function context.tokens(messages)
-  local bytes = 0
-  for _, message in ipairs(messages) do bytes = bytes + #message.content end
-  return math.ceil(bytes / BYTES_PER_TOKEN)
-end
 
 -- ---- the form of an answer ----------------------------------------------------------------------
 
----@class limax.llm.facts what holes are filled from
----@field name "summary"|"paper"
----@field history table[]
----@field limits limax.limit[]
----@field allowed { hyperparameters: boolean, materials: boolean }
----@field first table<string, table<string, number>> first values of the materials
----@field config table the experiment's configuration
+-- `facts` are what holes are filled from: the context's name, history, limits, what may be changed
+-- (`allowed`), the materials' first values, and the configuration.
 
 local function materials_now(facts) return facts.history[#facts.history].materials.materials end
 
-local function short(value) return text.beginning(value, LONGEST) end
+local function short(value) return terminal.beginning(value, LONGEST) end
 
 -- A value for each field of each material that may be set.
 local function by_material(list, value_of)

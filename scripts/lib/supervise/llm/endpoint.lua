@@ -2,14 +2,14 @@
 --- environment. Only closures hold the key, so that no table that is printed or recorded can.
 
 local host = require "limax.host"
-local text = require "limax.supervise.llm.text"
 
 local endpoint = {}
 
 local OPENAI = "api.openai.com"
 -- hosts of Azure's own: NAME.openai.azure.com
 local AZURE = "%.openai%.azure%.com$"
-local LONGEST_KEY = 8192 -- bytes
+-- A shorter one is a placeholder for a server that wants a key and checks none: it is not hidden.
+local SHORTEST_KEY = 8
 
 -- parts of a query parameter's name that mean a secret; Azure's functions use "code"
 local SECRETS = { "key", "token", "secret", "pass", "auth", "sig", "cred", "code" }
@@ -23,31 +23,21 @@ local function chat_path(path)
   return path .. (whole and "" or "/v1") .. "/chat/completions"
 end
 
--- Why the URL's query cannot be used; nil where it can.
-local function secret_in(query)
-  for name in (query or ""):gmatch "([^&=]+)" do
-    local lower = name:lower()
-    for _, part in ipairs(SECRETS) do
-      if lower:find(part, 1, true) then
-        return ("its query has a %q, which looks like a key, and a URL is recorded; set"
-          .. " LIMAX_LLM_KEY instead"):format(name:gsub("%W", "?"):sub(1, 20))
-      end
-    end
-  end
-  return nil
-end
-
--- A query without its values.
-local function query_names(query)
-  return query and (query .. "&"):gsub("=[^&]*&", "&") or nil
-end
-
 -- What is wrong with a key, without repeating it.
 local function bad_key(key)
+  if key == "" then return "is empty" end
   if key:find "[\r\n]" then return "contains a line break" end
-  if not key:find "^[!-~]+$" then return "contains a space or a character that no key has" end
-  if #key > LONGEST_KEY then return ("is longer than %d bytes"):format(LONGEST_KEY) end
-  return nil
+  -- without quotes and backslashes JSON contains it as it is, where it can be found
+  if not key:find "^[!-~]+$" or key:find '["\\]' then
+    return "contains a space or a character that no key has"
+  end
+end
+
+-- The function that replaces the key in a text by a mark, which is legal inside a JSON string.
+local function redactor(key)
+  if not key or #key < SHORTEST_KEY then return function(text) return text end end
+  local pattern = key:gsub("%W", "%%%0")
+  return function(text) return (text:gsub(pattern, "[key]")) end
 end
 
 local function set(getenv, name)
@@ -64,21 +54,12 @@ local function find_key(getenv, url)
     local content, message = host.file.read_private(file)
     if not content then return nil, "LIMAX_LLM_KEY_FILE: " .. message end
     key, source = content:gsub("\r?\n$", ""), "the file of LIMAX_LLM_KEY_FILE"
-    if key == "" then return nil, ("LIMAX_LLM_KEY_FILE: %s is empty"):format(file) end
   elseif not key and url.host:lower() == OPENAI and url.scheme == "https" then
     key, source = set(getenv, "OPENAI_API_KEY"), "OPENAI_API_KEY"
   end
-  if not key then return nil end
-  local problem = bad_key(key)
+  local problem = key and bad_key(key)
   if problem then return nil, ("the key in %s %s"):format(source, problem) end
-  return key, source
-end
-
-local function provider_of(url)
-  local name = url.host:lower()
-  if name == OPENAI then return "openai" end
-  if name:find(AZURE) then return "azure.ai.openai" end
-  return "openai_compatible"
+  return key, key and source
 end
 
 -- Why this URL cannot be an endpoint; nil where it can. Its text is not repeated: it may contain a
@@ -86,36 +67,42 @@ end
 local function bad_url(url, allow_insecure)
   if url.credentials then
     return "it contains credentials, and a URL is recorded; set LIMAX_LLM_KEY instead"
-  end
-  if url.fragment then return "it has a part after #, which no server receives" end
-  if url.scheme ~= "http" and url.scheme ~= "https" then
+  elseif url.fragment then
+    return "it has a part after #, which no server receives"
+  elseif url.scheme ~= "http" and url.scheme ~= "https" then
     return ("it must start with https://, or http:// for this machine, not %s://")
       :format(url.scheme)
-  end
-  if url.scheme == "http" and not url.loopback and not allow_insecure then
+  elseif url.scheme == "http" and not url.loopback and not allow_insecure then
     return ("http to %s would send the key and the data unencrypted; use https, or set"
       .. " allow_insecure = true"):format(url.host)
   end
-  return secret_in(query_names(url.query))
+  for name in ((url.query or "") .. "&"):gmatch "([^&=]*)[^&]*&" do
+    for _, part in ipairs(SECRETS) do
+      if name:lower():find(part, 1, true) then
+        return ("its query has a %q, which looks like a key, and a URL is recorded; set"
+          .. " LIMAX_LLM_KEY instead"):format(name:gsub("%W", "?"):sub(1, 20))
+      end
+    end
+  end
 end
 
 ---@class limax.llm.endpoint
 ---@field url string
 ---@field shown string the same without its query, for messages and records
 ---@field model string
----@field provider string a value of OpenTelemetry's gen_ai.provider.name, or "openai_compatible"
+---@field provider "openai"|"azure"|"other"
 ---@field loopback boolean
 ---@field key_source string|nil
 ---@field headers fun(): table<string, string> of a request
----@field redact fun(text: string): string without the key in any form of text.lua
+---@field redact fun(text: string): string with the key replaced
 
 --- The endpoint that options and environment name; nil and a message.
 ---@param options { url?: string, model?: string, allow_insecure?: boolean, key_header?: string }
 ---@param getenv? fun(name: string): string|nil
 function endpoint.find(options, getenv)
   getenv = getenv or os.getenv
-  local address, from = options.url, "url"
-  if not address then address, from = set(getenv, "LIMAX_LLM_URL"), "LIMAX_LLM_URL" end
+  local address, from = options.url or set(getenv, "LIMAX_LLM_URL"), "LIMAX_LLM_URL"
+  if options.url then from = "url" end
   if not address then
     return nil, "no endpoint of a language model is configured: set LIMAX_LLM_URL, for example to"
       .. " http://127.0.0.1:8080, or the field url"
@@ -128,8 +115,7 @@ function endpoint.find(options, getenv)
   if not model then
     return nil, "no model is named: set LIMAX_LLM_MODEL, or the field model (llama.cpp's server"
       .. " takes any name)"
-  end
-  if model:find "%c" then
+  elseif model:find "%c" then
     return nil, "LIMAX_LLM_MODEL: the name contains a control character"
   end
 
@@ -139,24 +125,23 @@ function endpoint.find(options, getenv)
     return nil, ("no key for https://%s: set LIMAX_LLM_KEY, or LIMAX_LLM_KEY_FILE to a file that"
       .. " only you can read"):format(url.host)
   end
-  local secret = key and #key >= text.SHORTEST_KEY
-  if secret and (address:find(key, 1, true) or model:find(key, 1, true)) then
+  local redact = redactor(key)
+  if redact(address) ~= address or redact(model) ~= model then
     return nil, "the URL or the model's name contains the key, and both are recorded"
   end
 
-  local base = ("%s://%s%s"):format(url.scheme, url.host, url.port and ":" .. url.port or "")
-  local shown = base .. chat_path(url.path or "")
-  local azure = options.key_header == "api-key"
-    or not options.key_header and url.host:lower():find(AZURE) ~= nil
+  local name = url.host:lower()
+  local provider = name == OPENAI and "openai" or name:find(AZURE) and "azure" or "other"
+  local header = options.key_header or provider == "azure" and "api-key" or "authorization"
+  local shown = ("%s://%s%s%s"):format(url.scheme, url.host, url.port and ":" .. url.port or "",
+    chat_path(url.path or ""))
   return {
     url = shown .. (url.query and "?" .. url.query or ""), shown = shown, model = model,
-    provider = provider_of(url), loopback = url.loopback, key_source = key and source or nil,
-    redact = text.redactor(key),
+    provider = provider, loopback = url.loopback, key_source = source, redact = redact,
     headers = function()
-      local headers = { ["Content-Type"] = "application/json", Accept = "application/json" }
-      if key and azure then headers["api-key"] = key
-      elseif key then headers.Authorization = "Bearer " .. key end
-      return headers
+      return { ["Content-Type"] = "application/json", Accept = "application/json",
+        ["api-key"] = header == "api-key" and key or nil,
+        Authorization = key and header == "authorization" and "Bearer " .. key or nil }
     end,
   }
 end

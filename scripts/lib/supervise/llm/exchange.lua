@@ -7,7 +7,8 @@ local host = require "limax.host"
 local prompt = require "limax.supervise.llm.prompt"
 local shown = require "limax.supervise.shown"
 local source = require "limax.base.source"
-local text = require "limax.supervise.llm.text"
+local terminal = require "limax.base.terminal"
+local usage = require "limax.supervise.llm.usage"
 
 local exchange = {}
 
@@ -37,9 +38,9 @@ function exchange.new(options, run)
     if not file then failure.raise(2, "supervisor \"llm\": " .. message) end
     return file
   end
-  local own = type(options.context) == "function" and options.context or nil
   local paper = options.context == "paper"
-  return setmetatable({ run = run, own = own, name = paper and "paper" or "summary",
+  return setmetatable({ run = run, name = paper and "paper" or "summary",
+    own = type(options.context) == "function" and options.context or nil,
     tokens = options.context_tokens or (paper and math.huge or context.TOKENS),
     prompt = open(options.prompt or (paper and "paper.md" or "supervise.md")),
     -- a parser of the user's own expects a form of its own
@@ -47,61 +48,55 @@ function exchange.new(options, run)
   }, Exchange)
 end
 
-local function with_hash(request)
-  request.messages_sha256 = host.sha256(host.json.encode {
-    messages = request.messages, schema = request.schema })
-  return request
+local function request_of(messages, schema, template, detail)
+  return { messages = messages, schema = schema, detail = detail,
+    tokens = usage.estimate(messages), template_sha256 = template.sha256,
+    messages_sha256 = host.sha256(host.json.encode { messages = messages, schema = schema }) }
 end
 
--- What the user's own context function returns; nil and a message.
+-- What the user's own context function returns, {} without one; nil and a message.
 local function own_holes(call, history, limits)
+  if not call then return {} end
   local ok, values = failure.attempt_user(call, shown.of(history), limits)
   if not ok then return nil, "the context function failed: " .. failure.bare(values) end
-  if type(values) ~= "table" then
-    return nil, "the context function returned no table of { hole = text or table }"
-  end
-  return values
+  if type(values) == "table" then return values end
+  return nil, "the context function returned no table of { hole = text or table }"
 end
 
 --- The request for the generation after the last of `history`; nil and a message.
 ---@param tokens? number most estimated tokens, instead of the experiment's
 function Exchange:first(history, tokens)
-  local run, most = self.run, tokens or self.tokens
+  local run, template = self.run, self.prompt.template
   local facts = { name = self.name, history = history, limits = run.world.limits,
     allowed = run.config.supervision, first = run.world.first_fields, config = run.config }
-  local schema, message
-  self.form, schema = context.answer(facts)
-  local own = {}
-  if self.own then
-    own, message = own_holes(self.own, history, run.world.limits)
-    if not own then return nil, message end
-  end
-  local messages, count, level
-  for k, detail in ipairs(context.levels(self.name)) do
+  local form, schema = context.answer(facts)
+  self.form = form
+  local own, problem = own_holes(self.own, history, run.world.limits)
+  if not own then return nil, problem end
+  local request
+  for level, detail in ipairs(context.levels(self.name)) do
     local holes = context.holes(facts, detail)
-    holes.answer = self.form
+    holes.answer = form
     for name, value in pairs(own) do holes[name] = value end
-    messages, message = self.prompt.template:fill(holes)
+    local messages, message = template:fill(holes)
     if not messages then return nil, message end
-    count, level = context.tokens(messages), k
-    if count <= most then break end
+    request = request_of(messages, schema, template, level)
+    if request.tokens <= (tokens or self.tokens) then break end
   end
-  return with_hash { messages = messages, schema = schema, tokens = count, detail = level,
-    template_sha256 = self.prompt.template.sha256 }
+  return request
 end
 
 --- The request that follows an answer which could not be used; nil and a message.
 ---@param content string the answer
 function Exchange:again(request, content, problems)
-  local more, message =
-    self.again_prompt.template:fill { problems = problems, answer = self.form }
+  local template = self.again_prompt.template
+  local more, message = template:fill { problems = problems, answer = self.form }
   if not more then return nil, message end
   local messages = { unpack(request.messages) }
   messages[#messages + 1] = { role = "assistant",
-    content = content:find "%S" and text.beginning(content, LONGEST_ECHO) or "(empty)" }
+    content = content:find "%S" and terminal.beginning(content, LONGEST_ECHO) or "(empty)" }
   for _, each in ipairs(more) do messages[#messages + 1] = each end
-  return with_hash { messages = messages, schema = request.schema,
-    tokens = context.tokens(messages), template_sha256 = self.again_prompt.template.sha256 }
+  return request_of(messages, request.schema, template)
 end
 
 return exchange

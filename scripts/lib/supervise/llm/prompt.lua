@@ -15,9 +15,7 @@ local prompt = {}
 
 ---@class limax.llm.template
 ---@field name string the file, for messages
----@field original string
----@field sha256 string of the original
----@field parts table[] texts and holes, in order
+---@field sha256 string
 local Template = {}
 Template.__index = Template
 
@@ -52,32 +50,28 @@ end
 
 -- ---- templates ----------------------------------------------------------------------------------
 
-local function line_of(text, at)
-  local _, breaks = text:sub(1, at - 1):gsub("\n", "")
-  return breaks + 1
-end
+local function is_utf8(text) return (pcall(host.json.encode, text)) end
 
 --- Reads a prompt; nil and a message where it has an error. The first line `---` separates the
 --- system's message, above it, from the user's.
 ---@param name string its file, for messages
-function prompt.read(text, name)
-  local original = text
-  if not pcall(host.json.encode, text) then return nil, name .. ": is not UTF-8" end
-  text = text:gsub("^\239\187\191", ""):gsub("\r\n", "\n")
+function prompt.read(original, name)
+  if not is_utf8(original) then return nil, name .. ": is not UTF-8" end
+  local text = original:gsub("^\239\187\191", ""):gsub("\r\n", "\n")
   if not text:find "%S" then return nil, name .. ": is empty" end
   local parts, at = {}, 1
-  while true do
-    local open = text:find("{{", at, true)
-    parts[#parts + 1] = text:sub(at, (open or #text + 1) - 1)
-    if not open then break end
+  for open in function() return (text:find("{{", at, true)) end do
+    local _, line = text:sub(1, open):gsub("\n", "")
+    local place = ("%s:%d: "):format(name, line + 1)
     local hole, close = text:match("^{{%s*([%a_][%w_]*)%s*}}()", open)
     if not hole then
-      return nil, ("%s:%d: expected a hole, two braces around a name, such as {{generations}}")
-        :format(name, line_of(text, open))
+      return nil, place .. "expected a hole, two braces around a name, such as {{generations}}"
     end
-    parts[#parts + 1] = { hole = hole, line = line_of(text, open) }
+    parts[#parts + 1] = text:sub(at, open - 1)
+    parts[#parts + 1] = { hole = hole, place = place }
     at = close
   end
+  parts[#parts + 1] = text:sub(at)
   return setmetatable({ name = name, original = original, sha256 = host.sha256(original),
     parts = parts }, Template)
 end
@@ -86,13 +80,12 @@ end
 local function text_of(value)
   if type(value) == "table" then
     local ok, text = pcall(prompt.json, value)
-    if ok then return text end
-    return nil, failure.bare(text)
-  end
-  if type(value) ~= "string" then
+    return ok and text or nil, not ok and failure.bare(text) or nil
+  elseif type(value) ~= "string" then
     return nil, "expected a text or a table, got a " .. type(value)
+  elseif not is_utf8(value) then
+    return nil, "is not UTF-8"
   end
-  if not pcall(host.json.encode, value) then return nil, "is not UTF-8" end
   return value
 end
 
@@ -101,34 +94,26 @@ end
 ---@return limax.llm.message[]|nil
 ---@return string|nil message with file, line and hole
 function Template:fill(values)
-  local texts, system = { "" }, nil
+  local texts, system = {}, nil
   for _, part in ipairs(self.parts) do
     if type(part) == "string" then
       -- only a line of the template itself separates messages
       local above, below = part:match "^(.-)\n%-%-%-[ \t]*\n(.*)$"
       if above and not system then
-        texts[#texts + 1] = above
-        system = table.concat(texts)
-        texts = { below }
-      else
-        texts[#texts + 1] = part
+        system, texts, part = table.concat(texts) .. above, {}, below
       end
+      texts[#texts + 1] = part
+    elseif values[part.hole] == nil then
+      return nil, ("%snothing fills the hole %s; values exist for: %s"):format(part.place,
+        part.hole, table.concat(choice.sorted_keys(values), ", "))
     else
-      local value = values[part.hole]
-      if value == nil then
-        return nil, ("%s:%d: nothing fills the hole %s; values exist for: %s"):format(self.name,
-          part.line, part.hole, table.concat(choice.sorted_keys(values), ", "))
-      end
-      local text, message = text_of(value)
-      if not text then
-        return nil, ("%s:%d: the hole %s: %s"):format(self.name, part.line, part.hole, message)
-      end
+      local text, message = text_of(values[part.hole])
+      if not text then return nil, ("%sthe hole %s: %s"):format(part.place, part.hole, message) end
       texts[#texts + 1] = text
     end
   end
   local user = { role = "user", content = table.concat(texts) }
-  if system then return { { role = "system", content = system }, user } end
-  return { user }
+  return system and { { role = "system", content = system }, user } or { user }
 end
 
 -- ---- files --------------------------------------------------------------------------------------
@@ -152,11 +137,10 @@ end
 --- message.
 ---@param folder string|nil of the experiment
 function prompt.open(name, folder)
-  local path = source.beside(name, folder)
-  if host.file.exists(path) ~= "file" then path = host.home .. "/prompts/" .. name end
+  local path, missing = source.beside(name, folder)
+  if missing then path = ("%s/prompts/%s"):format(host.home, name) end
   if host.file.exists(path) ~= "file" then
-    local beside = folder and " beside the experiment or" or ""
-    return nil, ("prompt: there is no %s%s in %s/prompts"):format(name, beside, host.home)
+    return nil, ("prompt: %s, nor in %s/prompts"):format(missing, host.home)
   end
   local template, message = read_file(path)
   if not template then return nil, "prompt: " .. message end
@@ -172,7 +156,7 @@ end
 ---@return string|nil message why
 function File:refresh()
   local template, message = read_file(self.path)
-  if template then self.template = template end
+  self.template = template or self.template
   return message
 end
 
@@ -184,9 +168,8 @@ function File:keep(folder)
   if not folder or self.kept == sha256 then return nil end
   local place = folder.path .. "/" .. FOLDER
   local ok, message = host.file.mkdir(place)
-  local name = ("%s/%s.md"):format(place, sha256)
-  if ok and not host.file.exists(name) then
-    ok, message = host.file.write_atomic(name, self.template.original)
+  if ok then
+    ok, message = host.file.write_atomic(("%s/%s.md"):format(place, sha256), self.template.original)
   end
   if not ok then return message end
   self.kept = sha256

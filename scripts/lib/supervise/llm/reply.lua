@@ -6,8 +6,6 @@ local usage = require "limax.supervise.llm.usage"
 
 local reply = {}
 
-local BOM = "\239\187\191"
-
 local function text(value) return type(value) == "string" and value ~= "" and value or nil end
 
 local function object(value)
@@ -22,8 +20,7 @@ end
 ---@param content_type string|nil
 function reply.decode(body, content_type)
   if body == "" then return nil, "the answer is empty" end
-  if body:sub(1, #BOM) == BOM then body = body:sub(#BOM + 1) end
-  local value, message = host.json.decode(body, "the answer")
+  local value, message = host.json.decode((body:gsub("^\239\187\191", "")), "the answer")
   -- Google wraps an error in a list
   local first = list(value)[1]
   if object(first).error ~= nil then value = first end
@@ -40,55 +37,30 @@ end
 
 -- ---- refusals -----------------------------------------------------------------------------------
 
----@class limax.llm.refusal
----@field message string|nil
----@field code string|nil
----@field type string|nil
----@field param string|nil
----@field status integer|nil an HTTP status in the body
-
--- pydantic's form: { detail = { { loc = , msg = } } }
-local function of_detail(detail)
-  if text(detail) then return { message = detail } end
-  local first = object(list(detail)[1])
-  local place = list(first.loc)
-  return { message = text(first.msg), param = text(place[#place]) }
-end
-
---- The error in a body: OpenAI's object, a plain text, or the forms of vLLM, FastAPI and Mistral;
---- nil where there is none.
+--- The error in a body: the object or text `error` of most servers, or a body with `detail` or
+--- object = "error"; nil where there is none.
+---@return { message: string, code?: string, type?: string, status?: integer }|nil
 function reply.refusal(value)
   local inner = value.error
   -- some servers always send the field
   if inner == nil or inner == host.json.null or inner == "" or inner == false then
-    if value.choices ~= nil then return nil end
-    if value.detail ~= nil then return of_detail(value.detail) end
-    if value.object ~= "error" then return nil end
-    inner = value
+    if value.choices ~= nil or value.detail == nil and value.object ~= "error" then return nil end
+    inner = value.detail or value
   end
-  if type(inner) ~= "table" then return { message = text(inner) or tostring(inner) } end
-  inner = object(inner)
-  -- Mistral
-  local detail = object(inner.message).detail
-  if detail ~= nil then return of_detail(detail) end
-  local status = tonumber(inner.code)
-  return { message = text(inner.message), code = text(inner.code), type = text(inner.type),
-    param = text(inner.param),
-    status = status and status >= 400 and status < 600 and math.floor(status) or nil }
+  local fields = object(inner)
+  local status = tonumber(fields.code)
+  return {
+    message = text(inner) or text(fields.message) or host.json.encode { inner },
+    code = text(fields.code), type = text(fields.type),
+    status = status and status >= 400 and status < 600 and math.floor(status) or nil,
+  }
 end
 
-local CONTEXT_WORDS = { "maximum context length", "context size", "context window",
-  "context length" }
-
 local function is_context(refusal)
-  if refusal.type == "exceed_context_size_error" or refusal.code == "context_length_exceeded" then
-    return true
-  end
   local message = (refusal.message or ""):lower()
-  for _, words in ipairs(CONTEXT_WORDS) do
-    if message:find(words, 1, true) then return true end
-  end
-  return false
+  return refusal.type == "exceed_context_size_error" or refusal.code == "context_length_exceeded"
+    or message:find "context length" or message:find "context size"
+    or message:find "context window"
 end
 
 --- The class of a refusal. The account's quota is recognised by code or type only: messages about
@@ -107,81 +79,46 @@ end
 
 -- ---- answers ------------------------------------------------------------------------------------
 
--- A text, or the texts of a list of parts one after the other.
-local function content_of(value)
-  if type(value) == "string" then return value end
-  local parts = {}
-  for _, part in ipairs(list(value)) do
-    local kind = object(part).type
-    if kind == "text" or kind == "output_text" then parts[#parts + 1] = text(part.text) end
-  end
-  return table.concat(parts)
-end
-
---- What an answer used: both counts or none, since half a usage gives no cost.
----@return { input_tokens: integer, output_tokens: integer }|nil
-function reply.usage(value)
-  value = object(value.usage)
-  local input, output = usage.count(value.prompt_tokens), usage.count(value.completion_tokens)
-  if not input or not output then return nil end
-  return { input_tokens = input, output_tokens = output }
-end
-
---- Whether an answer holds a choice at all: then the model has run.
-function reply.has_choice(value) return list(value.choices)[1] ~= nil end
-
 ---@class limax.llm.reply
 ---@field content string
 ---@field reasoning string|nil
+---@field refusal string|nil the model's own
 ---@field finish_reason string|nil
----@field model string|nil
+---@field model string|nil as the endpoint names it
 ---@field id string|nil
+---@field usage { input_tokens: integer, output_tokens: integer }|nil both counts or none, since
+--- half a usage gives no cost
 
-local NO_TEXT = { length = "all tokens were used before it began (finish_reason length)",
-  tool_calls = "the model calls a tool that it was not offered" }
-
---- The first choice of an answer; nil, the class of the failure and a message where there is none.
----@return "envelope"|"refusal"|"filter"|nil class
+--- The first choice of an answer, with whatever fields it has; nil where there is none.
 function reply.read(value)
-  if not host.json.is_array(value.choices) then
-    return nil, "envelope", "the answer has no list of choices"
-  end
-  if value.choices[1] == nil then
-    return nil, "envelope", "the answer's list of choices is empty"
-  end
-  local choice = object(value.choices[1])
-  local message = object(choice.message)
-  local read = {
-    content = content_of(message.content),
+  local choice = list(value.choices)[1]
+  if choice == nil then return nil end
+  local message, used = object(object(choice).message), object(value.usage)
+  local input, output = usage.count(used.prompt_tokens), usage.count(used.completion_tokens)
+  return {
+    content = text(message.content) or "",
     reasoning = text(message.reasoning_content) or text(message.reasoning),
-    finish_reason = text(choice.finish_reason), model = text(value.model), id = text(value.id),
+    refusal = text(message.refusal), finish_reason = text(object(choice).finish_reason),
+    model = text(value.model), id = text(value.id),
+    usage = input and output and { input_tokens = input, output_tokens = output } or nil,
   }
-  local refusal = text(message.refusal)
-  if refusal then return nil, "refusal", "the model refuses: " .. refusal end
-  if read.finish_reason == "content_filter" then
-    return nil, "filter", "the provider's content filter ended the answer"
-  end
-  if read.content == "" and not read.reasoning then
-    local why = NO_TEXT[read.finish_reason] or text(object(choice.error).message)
-    return nil, "envelope", "the answer has no text" .. (why and ": " .. why or "")
-  end
-  return read
 end
 
---- The fields of an answer under OpenTelemetry's names.
----@return table<string, any>
-function reply.telemetry(value)
-  local used, reasons = reply.usage(value) or {}, host.json.array {}
-  for _, choice in ipairs(list(value.choices)) do
-    reasons[#reasons + 1] = text(object(choice).finish_reason)
+local NO_TEXT = { length = ": all tokens were used before it began (finish_reason length)",
+  tool_calls = ": the model calls a tool that it was not offered" }
+
+--- The class and message of an answer that cannot be used; nil of one with a text.
+---@param read limax.llm.reply|nil
+---@return "envelope"|"refusal"|"filter"|nil class
+---@return string|nil message
+function reply.fault(read)
+  if not read then return "envelope", "the answer has no choices" end
+  if read.refusal then return "refusal", "the model refuses: " .. read.refusal end
+  if read.finish_reason == "content_filter" then
+    return "filter", "the provider's content filter ended the answer"
   end
-  return {
-    ["gen_ai.response.id"] = text(value.id), ["gen_ai.response.model"] = text(value.model),
-    ["gen_ai.openai.response.system_fingerprint"] = text(value.system_fingerprint),
-    ["gen_ai.response.finish_reasons"] = #reasons > 0 and reasons or nil,
-    ["gen_ai.usage.input_tokens"] = used.input_tokens,
-    ["gen_ai.usage.output_tokens"] = used.output_tokens,
-  }
+  if read.content ~= "" or read.reasoning then return nil end
+  return "envelope", "the answer has no text" .. (NO_TEXT[read.finish_reason] or "")
 end
 
 return reply

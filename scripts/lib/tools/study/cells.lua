@@ -116,10 +116,7 @@ function cells.experiment(study, cell)
   if tuned then
     options.breeding, options.evaluations = tuned.breeding, study.evaluations - tuned.evaluations
   end
-  local experiment = cells.experiment_of(options)
-  -- shared, so that a run uses what earlier runs found out about an endpoint
-  experiment.endpoints = study.endpoints
-  return experiment
+  return cells.experiment_of(options)
 end
 
 return cells

@@ -69,12 +69,11 @@ function study.new(settings)
   ---@class limax.study
   ---@field tuned table<integer, { breeding: table, evaluations: integer }> by repetition
   ---@field generations integer an upper bound: evaluations end a run first
-  ---@field endpoints table<string, table> what runs learned about endpoints
   ---@field warn fun(text: string) prints each warning of the runs once
   return { out = settings.out:gsub("(.)/+$", "%1"), options = settings.experiment,
     config = experiment.config, fitness = experiment.fitness.call,
     repetitions = settings.repetitions, evaluations = settings.evaluations,
-    generations = generations, tuned = {}, endpoints = {}, quick = settings.quick or false,
+    generations = generations, tuned = {}, quick = settings.quick or false,
     device = settings.device or engine.device "auto", say = say,
     warn = function(text)
       if not warned[text] then say(text) end
