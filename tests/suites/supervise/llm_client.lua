@@ -26,7 +26,7 @@ suite:test("an answer comes with usage and cost, and is recorded", function(t)
   t:equal(record.request, notes.requests[1].body)
   t:equal(record.request_sha256, host.sha256(record.request))
   t:equal(host.json.decode(record.raw_body), completion('{"mutation_rate":0.2}').body)
-  t:equal(ask:totals(), { calls = 1, input_tokens = 100, output_tokens = 20, cost = 4e-4 })
+  t:equal(ask:state().totals, { calls = 1, input_tokens = 100, output_tokens = 20, cost = 4e-4 })
   t:equal(ask:describe(), { endpoint = "http://127.0.0.1:1/v1/chat/completions", model = "m",
     provider = "other", key = "LIMAX_LLM_KEY" })
   -- OpenAI's models refuse max_tokens
@@ -85,12 +85,12 @@ suite:test("tokens and cost add up, unknown is not 0, and caps end it", function
   local price = { input = 1e6, output = 2e6 }
   local no_usage = { usage = { prompt_tokens = -3, completion_tokens = "7" } }
   local ask, notes = stage({}, { completion "{}" })
-  t:equal({ ask:ask(MESSAGES).cost, ask:totals().cost }, { nil, host.json.null })
+  t:equal({ ask:ask(MESSAGES).cost, ask:state().totals.cost }, { nil, host.json.null })
   ask = stage({ price = price }, { completion "{}", completion("{}", no_usage) })
-  t:equal({ ask:ask(MESSAGES).cost, ask:totals().cost }, { 140, 140 })
+  t:equal({ ask:ask(MESSAGES).cost, ask:state().totals.cost }, { 140, 140 })
   -- 9 tokens of prompt and 1 of answer are estimates: a cost of the totals, not of the answer
   local answer = ask:ask(MESSAGES)
-  t:equal({ answer.usage, answer.cost, ask:totals().cost }, { nil, nil, 151 })
+  t:equal({ answer.usage, answer.cost, ask:state().totals.cost }, { nil, nil, 151 })
 
   local function refused(options, answers, number)
     ask, notes = stage(options, answers)
@@ -113,7 +113,7 @@ suite:test("tokens and cost add up, unknown is not 0, and caps end it", function
   -- totals go over a resume
   local other = stage({}, {})
   other:restore(host.json.decode(host.json.encode(ask:state())))
-  t:equal(other:totals(), ask:totals())
+  t:equal(other:state().totals, ask:state().totals)
 end)
 
 suite:test("a refused request is repeated once without response_format", function(t)

@@ -119,14 +119,14 @@ suite:test("a smaller budget of tokens removes detail in the documented order", 
   local run, before = short_run(), nil
   for _, tokens in ipairs { 1e6, 3000, 1800, 1500, 1300, 1100, 900, 200 } do
     local request = ask(run, { context_tokens = tokens })
-    local last = #context.levels "summary"
+    local last = #context.levels.summary
     t:ok(request.tokens <= tokens or request.detail == last, ("%d"):format(tokens))
     if before then
       t:ok(request.detail >= before.detail and request.tokens <= before.tokens)
     end
     before = request
   end
-  t:equal(before.detail, #context.levels "summary")
+  t:equal(before.detail, #context.levels.summary)
   local _, robots = before.messages[2].content:gsub('"body":', "")
   t:equal(robots, 0)
   local paper = ask(run, { context = "paper", context_tokens = 500 })

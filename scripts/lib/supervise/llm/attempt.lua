@@ -57,9 +57,8 @@ local function read(outcome, answer, redact)
   else
     refusal = refusal or {}
     -- an error under a good status: routers put their provider's status into it
-    if good then status = refusal.status or status end
-    outcome.class = good and not refusal.status and "envelope" or reply.class_of(status, refusal)
-    outcome.status = status
+    status = good and refusal.status or status
+    outcome.status, outcome.class = status, reply.class_of(status, refusal)
     local reason = refusal.message
     if status >= 300 and status < 400 then reason = "a redirect, which is not followed" end
     outcome.message = ("HTTP %d%s%s"):format(answer.status, reason and ": " .. reason or "",
@@ -86,21 +85,14 @@ local function record_of(endpoint, body, response, outcome)
   }
 end
 
----@class limax.llm.outcome
----@field class string|nil of the failure; nil for a good answer
----@field message string|nil
----@field kind string|nil of a failure below HTTP, as host.http names it
----@field status integer|nil
----@field headers table<string, string>
----@field reply limax.llm.reply|nil of a model that ran
----@field form_refused boolean|nil is the request worth another try without response_format?
-
---- Sends one request of a client and records it. Raises what Ctrl-C and `record` raise,
---- and an error where JSON cannot hold the request.
+--- Sends one request of a client and records it. The outcome has `class` and `message` of a
+--- failure, `kind` if it was below HTTP, `reply` if the model ran, and `form_refused` if the
+--- request may be accepted without response_format. Raises what Ctrl-C and `record` raise, and an
+--- error where JSON cannot hold the request.
 ---@param format "json_schema"|"json_object"|"plain" of the answer
----@param question limax.llm.question
 ---@param timeout number s
----@return limax.llm.outcome
+---@return { class?: string, message?: string, kind?: string, status?: integer, headers: table,
+--- reply?: limax.llm.reply, form_refused?: boolean }
 function attempt.send(client, messages, format, question, timeout)
   local endpoint, machine = client.endpoint, client.machine
   local redact, fields = endpoint.redact, fields_of(client, messages, format, question)

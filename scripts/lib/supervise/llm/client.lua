@@ -18,18 +18,13 @@ local client = {}
 local Client = {}
 Client.__index = Client
 
----@class limax.llm.machine replaces parts of the machine in tests
----@field clock? fun(): number s, never steps back
----@field wait? fun(seconds: number)
----@field http? fun(request: table): table|nil, string|nil, table|nil
----@field record? fun(attempt: table) called once for every attempt, before its text is parsed
----@field environment? fun(name: string): string|nil
----@field breaker? { failures: integer } generations that failed in a row; clients may share it
-
 --- A client for the endpoint that options and environment name; nil and a message where there is
---- none.
+--- none. `machine` may replace clock, wait, http and environment; its `record` is called for every
+--- attempt, before its text is parsed; clients with the same `breaker` count failures together.
 ---@param options table as `options` of limax.supervise.llm check them
----@param machine? limax.llm.machine
+---@param machine? { clock?: fun(): number, wait?: fun(seconds: number), http?: function,
+--- environment?: fun(name: string): string|nil, record?: fun(attempt: table),
+--- breaker?: { failures: integer } }
 ---@return limax.llm.client|nil
 ---@return string|nil message
 function client.new(options, machine)
@@ -152,12 +147,6 @@ local function count(self, failure, attempts, generation)
   end
 end
 
----@class limax.llm.question
----@field schema? table JSON schema of the answer
----@field name? string of the schema
----@field budget? number s that this generation has left
----@field generation? integer to which this question belongs, for the breaker; without it, its own
-
 ---@class limax.llm.answer: limax.llm.reply
 ---@field format "json_schema"|"json_object"|"plain" what the endpoint accepted
 ---@field cost number|nil nil where price or usage are unknown, never 0
@@ -165,16 +154,17 @@ end
 ---@field seconds number
 
 ---@class limax.llm.failure
----@field class "transport"|"timeout"|"http"|"quota"|"auth"|"envelope"|"budget"|"breaker"|"caps"|
----"refusal"|"filter"|"context"
+---@field class string see README.md
 ---@field message string one line, without the key
 ---@field attempts integer
 ---@field seconds number
 ---@field http_status integer|nil
 
---- Asks, and retries where that can help, until the budget is used up.
----@param messages { role: string, content: string }[]
----@param question? limax.llm.question
+--- Asks, and retries where that can help, until the budget is used up. A question may have the JSON
+--- schema of its answer and its name, the seconds that its generation has left, and the number of
+--- that generation, for the breaker; without a number it is a generation of its own.
+---@param messages limax.llm.message[]
+---@param question? { schema?: table, name?: string, budget?: number, generation?: integer }
 ---@return limax.llm.answer|nil
 ---@return limax.llm.failure|nil
 function Client:ask(messages, question)
@@ -200,13 +190,10 @@ function Client:describe()
     key = found.key_source }
 end
 
---- Calls, tokens and cost so far.
----@return table
-function Client:totals() return source.copy(self.spent) end
-
---- What a resumed run continues with: the totals. It asks an endpoint again that failed before.
----@return table
-function Client:state() return { totals = self:totals() } end
+--- Calls, tokens and cost so far, with which a resumed run continues. The breaker is left out: a
+--- resumed run asks an endpoint again that failed before.
+---@return { totals: table }
+function Client:state() return { totals = source.copy(self.spent) } end
 
 --- Continues from the state of another client.
 function Client:restore(state) self.spent = source.copy(state.totals) end

@@ -22,19 +22,14 @@ local function detail_of(bodies, outcomes, spread, generations, half)
     half = half }
 end
 
--- The first that fits is taken.
-local LEVELS = {
+--- Levels of detail, from most to least; the first that fits is taken.
+context.levels = {
   summary = { detail_of(5, 3, true, 3), detail_of(3, 3, true, 3), detail_of(1, 3, true, 3),
     detail_of(0, 3, true, 3), detail_of(0, 1, true, 3), detail_of(0, 1, false, 3),
     detail_of(0, 1, false, 1), detail_of(0, 0, false, 1) },
   paper = { detail_of(0, 0, true, 3), detail_of(0, 0, true, 2), detail_of(0, 0, true, 1),
     detail_of(0, 0, true, 1, true) },
 }
-
---- The levels of detail of a context, from most to least.
----@param name "summary"|"paper"
----@return table[]
-function context.levels(name) return LEVELS[name] end
 
 -- ---- the form of an answer ----------------------------------------------------------------------
 

@@ -13,21 +13,11 @@ local usage = require "limax.supervise.llm.usage"
 local exchange = {}
 
 ---@class limax.llm.exchange
----@field prompt limax.llm.prompt_file
----@field again_prompt limax.llm.prompt_file
 local Exchange = {}
 Exchange.__index = Exchange
 
 -- Longest answer that is shown to a model again, bytes.
 local LONGEST_ECHO = 4000
-
----@class limax.llm.request
----@field messages limax.llm.message[]
----@field schema table
----@field template_sha256 string
----@field messages_sha256 string of messages and schema
----@field tokens integer estimated
----@field detail integer|nil level of the context, 1 for all
 
 --- The questions of an experiment, by its options `prompt`, `again`, `context` and
 --- `context_tokens`. Raises where a prompt is missing or cannot be read.
@@ -48,6 +38,7 @@ function exchange.new(options, run)
   }, Exchange)
 end
 
+-- A request: the hash of messages and schema, estimated tokens, and the level of the context.
 local function request_of(messages, schema, template, detail)
   return { messages = messages, schema = schema, detail = detail,
     tokens = usage.estimate(messages), template_sha256 = template.sha256,
@@ -74,7 +65,7 @@ function Exchange:first(history, tokens)
   local own, problem = own_holes(self.own, history, run.world.limits)
   if not own then return nil, problem end
   local request
-  for level, detail in ipairs(context.levels(self.name)) do
+  for level, detail in ipairs(context.levels[self.name]) do
     local holes = context.holes(facts, detail)
     holes.answer = form
     for name, value in pairs(own) do holes[name] = value end

@@ -13,15 +13,6 @@ local LONGEST = 65536
 -- Most objects in an answer: of more it is unclear which one is meant.
 local MOST = 100
 
--- Without what a model thought before its answer. A block that never ends is all thought; one that
--- began in the prompt ends at its closing tag.
-local function without_thoughts(text)
-  for _, tag in ipairs { "think", "thinking", "reasoning" } do
-    text = text:gsub("^.*</" .. tag .. ">", ""):gsub("<" .. tag .. ">.*$", "")
-  end
-  return text
-end
-
 -- The object at the beginning of a text; nil where it does not end. Braces inside of its strings do
 -- not count.
 local function object_of(text)
@@ -41,7 +32,11 @@ local function is_useful(value, limits)
 end
 
 return function(text, limits)
-  text = without_thoughts(text)
+  -- what a model thought before its answer: a block that never ends is all thought, one that began
+  -- in the prompt ends at its closing tag
+  for _, tag in ipairs { "think", "thinking", "reasoning" } do
+    text = text:gsub("^.*</" .. tag .. ">", ""):gsub("<" .. tag .. ">.*$", "")
+  end
   if #text > LONGEST then
     return nil, ("the answer has %d bytes, more than %d"):format(#text, LONGEST)
   end

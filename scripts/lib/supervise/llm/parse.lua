@@ -60,13 +60,10 @@ local function plain(value, depth)
   return copy
 end
 
----@class limax.llm.parsed
----@field proposal table without `reason`
----@field reason string|nil of the model
-
---- Makes a limax.llm.parsed of what a parser returned; nil and a message for the model's second
---- try and the transcript.
+--- Makes of what a parser returned a proposal and the model's reason; nil and a message for the
+--- model's second try and the transcript.
 ---@param message string|nil
+---@return { proposal: table, reason: string|nil }|nil
 function parse.accept(value, message)
   if value == nil then
     return nil, message and terminal.line(message, LONGEST_REASON) or "the parser found no proposal"
@@ -82,7 +79,7 @@ function parse.accept(value, message)
   return { proposal = proposal, reason = reason }
 end
 
---- Reads a text as limax.llm.parsed; nil and a message. Nothing in it is executed.
+--- Reads a text, as `parse.accept`. Nothing in it is executed.
 function Parser:read(content, limits)
   if terminal.utf8(content) ~= content then return nil, "the answer is not UTF-8" end
   local ok, value, message = host.sandbox { source = self.source, name = self.name,

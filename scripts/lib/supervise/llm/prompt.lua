@@ -122,7 +122,6 @@ end
 local FOLDER = "prompts"
 
 ---@class limax.llm.prompt_file
----@field path string
 ---@field template limax.llm.template the version in use
 local File = {}
 File.__index = File

@@ -56,25 +56,21 @@ function reply.refusal(value)
   }
 end
 
-local function is_context(refusal)
-  local message = (refusal.message or ""):lower()
-  return refusal.type == "exceed_context_size_error" or refusal.code == "context_length_exceeded"
-    or message:find "context length" or message:find "context size"
-    or message:find "context window"
-end
+-- Classes of statuses, of codes and of types; others are "http". The account's quota is recognised
+-- by code or type only: messages about limits per minute have the word "quota" as well.
+local CLASSES = { [401] = "auth", [402] = "quota", [403] = "auth", insufficient_quota = "quota",
+  content_filter = "filter", context_length_exceeded = "context",
+  exceed_context_size_error = "context" }
 
---- The class of a refusal. The account's quota is recognised by code or type only: messages about
---- limits per minute have the word "quota" as well.
----@return "quota"|"auth"|"filter"|"context"|"http"
+--- The class of a refusal; an error under a good status is "envelope".
+---@return "quota"|"auth"|"filter"|"context"|"envelope"|"http"
 function reply.class_of(status, refusal)
-  if status == 402 or refusal.code == "insufficient_quota"
-    or refusal.type == "insufficient_quota" then return "quota" end
-  if status == 401 or status == 403 then return "auth" end
-  if status == 400 and refusal.code == "content_filter" then return "filter" end
-  if (status == 400 or status == 413 or status == 422) and is_context(refusal) then
-    return "context"
-  end
-  return "http"
+  if status < 300 then return "envelope" end
+  local message = (refusal.message or ""):lower()
+  local too_long = message:find "context length" or message:find "context size"
+    or message:find "context window"
+  return CLASSES[refusal.code] or CLASSES[refusal.type] or CLASSES[status]
+    or too_long and "context" or "http"
 end
 
 -- ---- answers ------------------------------------------------------------------------------------

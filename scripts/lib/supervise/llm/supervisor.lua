@@ -155,21 +155,18 @@ end
 
 -- ---- deciding -----------------------------------------------------------------------------------
 
--- The fallback's proposal and reason; raises an error if they cannot be recorded.
-local function propose_instead(fallback, step)
-  local proposal, reason = fallback.call(step.history, step.random, step.limits)
-  if type(proposal) ~= "table" then proposal = nil end
-  host.json.encode { proposal }
-  return proposal, type(reason) == "string" and "; " .. terminal.line(reason, 200) or ""
-end
-
 -- The outcome without a usable answer: the fallback's proposal, which may fail too. Without one the
 -- ledger shows how the model's fields were rejected.
 function Session:fall_back(step, why, rejected)
   local fallback = self.fallback
   if fallback then
-    local ok, proposal, reason = failure.attempt_user(propose_instead, fallback, step)
+    local ok, proposal, reason = failure.attempt_user(function()
+      local proposal, reason = fallback.call(step.history, step.random, step.limits)
+      host.json.encode { proposal } -- raises an error if it cannot be recorded
+      return type(proposal) == "table" and proposal or nil, reason
+    end)
     if ok then
+      reason = type(reason) == "string" and "; " .. terminal.line(reason, 200) or ""
       return { source = fallback.name, why = why, proposal = proposal,
         reason = ("%s instead: %s%s"):format(fallback.name, why, reason) }
     end

@@ -108,7 +108,7 @@ function model_arms.history_of(other)
     for k = 1, math.min(#history, #other.history) do shown[k] = other.history[k] end
     local holes = context.holes({ name = "summary", history = shown, limits = limits,
       allowed = other.config.supervision, first = other.first_fields, config = other.config },
-      context.levels("summary")[1])
+      context.levels.summary[1])
     return { generations = holes.generations, outcomes = holes.outcomes, bodies = holes.bodies }
   end
 end
