@@ -171,19 +171,6 @@ suite:test("a replay gives the bytes of the recorded run and asks no model", { l
     end
   end)
 
-suite:test("a question asked in several generations gets the answer of each",
-  { limit = 60 }, function(t)
-    local prompt = t:folder() .. "/always.md"
-    assert(host.file.write_atomic(prompt, "json {{answer}}"))
-    local recorded = run(t, { "llm", prompt = prompt, client = talker.new(function(_, n)
-      return ('{"mutation_rate": %.3f}'):format(0.1 + n / 500)
-    end) }, LONG)
-    local outcomes = talker.of_kind(recorded, "outcome")
-    t:equal(outcomes[1].asks[1].messages_sha256, outcomes[11].asks[1].messages_sha256)
-    local again = run(t, { "replay", run = recorded.folder }, LONG)
-    evolution.same_files(t, again.folder, recorded.folder, SAME)
-  end)
-
 suite:test("a replay that asks another question, or runs longer, ends with the reason",
   { limit = 60 }, function(t)
     local recorded = run(t, { "llm", client = talker.new(moody) })

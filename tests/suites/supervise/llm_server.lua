@@ -8,7 +8,6 @@ local field_page = require "support.field_page"
 local host = require "limax.host"
 local model_stage = require "support.model_stage"
 local process = require "support.process"
-local proxies = require "support.proxies"
 local source = require "limax.base.source"
 local talker = require "support.talker"
 
@@ -107,15 +106,6 @@ suite:test("without a valid certificate the key is not sent", function(t)
   server:close()
 end)
 
-suite:test("a proxy is asked where the environment names one", function(t)
-  local server = faulty_server.open(t)
-  local result = proxies.with({ http_proxy = server.base }, function()
-    return play(t, server, "good", { allow_insecure = true, url = "http://model.invalid/good" })
-  end)
-  t:equal({ result.class, server:ask "counts".good.requests }, { "answer", 1 })
-  server:close()
-end)
-
 suite:test("a key that a server echoes is replaced everywhere", function(t)
   local server = faulty_server.open(t)
   local result = play(t, server, "echo")
@@ -183,18 +173,6 @@ suite:test("limax doctor describes the endpoint and asks it only with --llm", fu
   t:ok(status == 1 and output:find("set LIMAX_LLM_URL", 1, true), output)
   server:close()
 end)
-
-suite:test("a real endpoint answers, where LIMAX_LLM_URL names one", { tags = { "endpoint" } },
-  function(t)
-    if not os.getenv "LIMAX_LLM_URL" then t:skip "LIMAX_LLM_URL is not set" end
-    local made = t:ok(client.new {})
-    local answer, failure = made:ask({ { role = "user",
-      content = 'Answer with this JSON object and nothing else: {"mutation_rate": 0.1}' } })
-    t:ok(answer, failure and failure.message)
-    t:ok((answer.content .. (answer.reasoning or "")):find("mutation_rate", 1, true),
-      answer.content)
-    t:note(("%s answered in %.1f s"):format(made:describe().endpoint, answer.seconds))
-  end)
 
 -- ---- whole runs ---------------------------------------------------------------------------------
 
