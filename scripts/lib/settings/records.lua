@@ -263,7 +263,6 @@ records.timing = {
     .. " `seconds.supervise`", unit = "s" },
   { "supervision.input_tokens", "finite?", "as the endpoint reports them", unit = "tokens" },
   { "supervision.output_tokens", "finite?", "likewise", unit = "tokens" },
-  { "supervision.cost", "finite?", "absent without a known price", unit = "as the price" },
 }
 
 --- The lines of journal.jsonl, by their `kind`.

@@ -23,18 +23,6 @@ local function optional(field)
   end
 end
 
--- { input = , output = }
-local function price(value, path)
-  if value == nil then return nil end
-  local number = schema.number { unit = "per 1e6 tokens", minimum = 0, maximum = 1e6 }
-  local checked, message = schema.fields { input = number, output = number }(value, path)
-  if not checked then return nil, message end
-  if not checked.input or not checked.output then
-    return nil, path .. ": expected { input = , output = }, both per 1e6 tokens"
-  end
-  return checked
-end
-
 -- A rule for a function, or a value that `accepts`.
 local function function_or(accepts, expected)
   return function(value, path)
@@ -76,8 +64,6 @@ local options = {
   max_tokens = schema.number(fields.max_tokens),
   max_calls = schema.number { unit = "requests", minimum = 1, maximum = 1e9, integer = true },
   max_tokens_total = schema.number { unit = "tokens", minimum = 1, maximum = 1e12 },
-  max_cost = schema.number { unit = "the currency of the price", above = 0, maximum = 1e9 },
-  price = price,
   -- some models refuse these, so they are sent only if named
   temperature = schema.number { unit = "1", minimum = 0, maximum = 2 },
   seed = schema.number { unit = "1", minimum = 0, maximum = 2 ^ 31 - 1, integer = true },

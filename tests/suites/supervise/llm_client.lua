@@ -1,5 +1,5 @@
 --- llm_client.lua: the client of a language model with an injected HTTP function, clock and waits:
---- what is sent and recorded, retries and budgets, cost and caps, the breaker.
+--- what is sent and recorded, retries and budgets, caps, the breaker.
 
 local host = require "limax.host"
 local model_stage = require "support.model_stage"
@@ -10,15 +10,15 @@ local KEY, MESSAGES = model_stage.KEY, model_stage.MESSAGES
 local stage, completion = model_stage.new, model_stage.completion
 local SCHEMA = { schema = { type = "object" }, name = "proposal" }
 
-suite:test("an answer comes with usage and cost, and is recorded", function(t)
-  local ask, notes = stage({ price = { input = 2, output = 10 }, temperature = 0.5, seed = 7 },
+suite:test("an answer comes with its usage, and is recorded", function(t)
+  local ask, notes = stage({ temperature = 0.5, seed = 7 },
     { completion '{"mutation_rate":0.2}' })
   local answer = ask:ask(MESSAGES, SCHEMA)
   local parsed = { content = '{"mutation_rate":0.2}', finish_reason = "stop", model = "m-1",
     id = "c1", usage = { input_tokens = 100, output_tokens = 20 } }
   local record = notes.records[1]
   t:equal({ #notes.records, record.answer }, { 1, parsed })
-  parsed.cost, parsed.attempts, parsed.seconds, parsed.format = 4e-4, 1, 0, "json_schema"
+  parsed.attempts, parsed.seconds, parsed.format = 1, 0, "json_schema"
   t:equal(answer, parsed)
   t:equal(notes.bodies[1], { model = "m", messages = MESSAGES, stream = false, max_tokens = 4096,
     temperature = 0.5, seed = 7, response_format = { type = "json_schema",
@@ -26,7 +26,6 @@ suite:test("an answer comes with usage and cost, and is recorded", function(t)
   t:equal(record.request, notes.requests[1].body)
   t:equal(record.request_sha256, host.sha256(record.request))
   t:equal(host.json.decode(record.raw_body), completion('{"mutation_rate":0.2}').body)
-  t:equal(ask:state().totals, { calls = 1, input_tokens = 100, output_tokens = 20, cost = 4e-4 })
   t:equal(ask:describe(), { endpoint = "http://127.0.0.1:1/v1/chat/completions", model = "m",
     provider = "other", key = "LIMAX_LLM_KEY" })
   -- OpenAI's models refuse max_tokens
@@ -81,16 +80,16 @@ suite:test("no wait and no attempt exceeds the budget", function(t)
   t:equal(notes.requests[1].timeout, 7)
 end)
 
-suite:test("tokens and cost add up, unknown is not 0, and caps end it", function(t)
-  local price = { input = 1e6, output = 2e6 }
+suite:test("calls and tokens add up, and caps end it", function(t)
   local no_usage = { usage = { prompt_tokens = -3, completion_tokens = "7" } }
-  local ask, notes = stage({}, { completion "{}" })
-  t:equal({ ask:ask(MESSAGES).cost, ask:state().totals.cost }, { nil, host.json.null })
-  ask = stage({ price = price }, { completion "{}", completion("{}", no_usage) })
-  t:equal({ ask:ask(MESSAGES).cost, ask:state().totals.cost }, { 140, 140 })
-  -- 9 tokens of prompt and 1 of answer are estimates: a cost of the totals, not of the answer
-  local answer = ask:ask(MESSAGES)
-  t:equal({ answer.usage, answer.cost, ask:state().totals.cost }, { nil, nil, 151 })
+  local ask, notes = stage({}, { completion "{}", completion("{}", no_usage) })
+  ask:ask(MESSAGES)
+  t:equal(ask:ask(MESSAGES).usage, nil)
+  -- an estimate of 9 tokens of prompt and 1 of answer
+  t:equal(ask:state().totals, { calls = 2, input_tokens = 109, output_tokens = 21 })
+  local other = stage({}, {})
+  other:restore(host.json.decode(host.json.encode(ask:state())))
+  t:equal(other:state(), ask:state())
 
   local function refused(options, answers, number)
     ask, notes = stage(options, answers)
@@ -101,19 +100,10 @@ suite:test("tokens and cost add up, unknown is not 0, and caps end it", function
   end
   t:ok(refused({ max_calls = 3 }, { completion "{}" }, 3):find "^max_calls: 3 requests")
   t:ok(refused({ max_tokens_total = 248 }, { completion "{}" }, 2):find "^max_tokens_total: 240 ")
-  t:ok(refused({ max_cost = 285, price = price }, { completion "{}" }, 2)
-    :find "^max_cost: 280 is spent")
-  t:ok(refused({ max_tokens_total = 18 }, { completion("{}", no_usage) }, 1))
   -- retries count as calls
   ask, notes = stage({ max_calls = 2 }, { { status = 500, body = "" } })
   local _, failure = ask:ask(MESSAGES)
   t:equal({ failure.class, failure.attempts, #notes.requests }, { "caps", 2, 2 })
-  local _, _, message = stage { max_cost = 1 }
-  t:ok(message:find("max_cost needs price", 1, true), message)
-  -- totals go over a resume
-  local other = stage({}, {})
-  other:restore(host.json.decode(host.json.encode(ask:state())))
-  t:equal(other:state().totals, ask:state().totals)
 end)
 
 suite:test("a refused request is repeated once without response_format", function(t)

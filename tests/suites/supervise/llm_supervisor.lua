@@ -173,7 +173,7 @@ end
 
 suite:test("nothing that an answer holds makes the folder unreadable", { limit = 120 }, function(t)
   local asked = 0
-  local done = run(t, { "llm", price = { input = 1e6, output = 1e6 },
+  local done = run(t, { "llm",
     client = function(options, machine)
       local names = { LIMAX_LLM_URL = "http://127.0.0.1:9", LIMAX_LLM_MODEL = "m" }
       machine.environment = function(name) return names[name] end

@@ -95,7 +95,7 @@ local function client(options, context)
       attempts = 1 } end
     return { content = asked == 1 and '{"mutation_rate": 0.15, "reason": "why",'
       .. ' "materials": {"bone": {"stiffness": 9000}}}' or '{"elites": 1}', attempts = 1,
-      finish_reason = "stop", usage = { input_tokens = 800, output_tokens = 20 }, cost = 0.01 }
+      finish_reason = "stop", usage = { input_tokens = 800, output_tokens = 20 } }
   end
   return made
 end

@@ -17,10 +17,8 @@ local LONGEST_MESSAGE = 300 -- bytes
 local CLASSES = { timeout = "timeout", connect_timeout = "timeout", size = "envelope",
   encoding = "envelope" }
 
-local HINTS = {
-  [401] = "is the key right?", [403] = "may this key use this model?",
-  [404] = "are the URL and the model right?", [402] = "the account has to be paid",
-}
+local HINTS = { [401] = "is the key right?", [402] = "the account has to be paid",
+  [403] = "may this key use this model?", [404] = "are the URL and the model right?" }
 
 -- The body of a request. `format` is the form of the answer.
 local function fields_of(client, messages, format, question)

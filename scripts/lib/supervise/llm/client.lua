@@ -29,15 +29,12 @@ Client.__index = Client
 ---@return string|nil message
 function client.new(options, machine)
   machine = machine or {}
-  if options.max_cost and not options.price then
-    return nil, "max_cost needs price = { input = , output = }, per 1e6 tokens: without it the"
-      .. " cost is unknown"
-  end
   local found, message = endpoint.find(options, machine.environment)
   if not found then return nil, message end
   local where, fields = found.loopback and "_loopback" or "", defaults.fields.llm
   return setmetatable({
-    endpoint = found, options = options, spent = usage.totals(options.price),
+    endpoint = found, options = options,
+    spent = { calls = 0, input_tokens = 0, output_tokens = 0 },
     machine = { clock = machine.clock or host.clock, wait = machine.wait or host.wait,
       http = machine.http or host.http, record = machine.record or function() end,
       breaker = machine.breaker or { failures = 0 } },
@@ -56,26 +53,25 @@ local LEAST_ATTEMPT = 1 -- s; with less time left an attempt could only fail
 -- size would fail again.
 local REPEATED = { [408] = true, [409] = true, [429] = true, resolve = true, connect = true,
   connect_timeout = true, timeout = true, reset = true, partial = true, tls = true }
-
 local FINAL = { quota = true, context = true, envelope = true }
 
 -- One attempt of at most `timeout` seconds, unless a cap forbids it.
 local function send(self, messages, format, question, timeout)
-  local prompt = usage.estimate(messages)
-  local refused = usage.refusal(self.options, self.spent, prompt)
+  local prompt, spent = usage.estimate(messages), self.spent
+  local refused = usage.refusal(self.options, spent, prompt)
   if refused then return { class = "caps", message = refused } end
   if timeout <= 0 then
     return { class = "budget", message = "no time is left in this generation's budget" }
   end
   local outcome = attempt.send(self, messages, format, question, timeout)
-  self.spent.calls = self.spent.calls + 1
+  spent.calls = spent.calls + 1
   local read = outcome.reply
   if read then
-    -- without a usage estimates count towards the caps, but are no cost of an answer
+    -- without a usage estimates count
     local used = read.usage or { input_tokens = prompt,
       output_tokens = usage.estimate { read, { content = read.reasoning or "" } } }
-    local cost = usage.add(self.spent, self.options.price, used.input_tokens, used.output_tokens)
-    read.cost = read.usage and cost
+    spent.input_tokens = spent.input_tokens + used.input_tokens
+    spent.output_tokens = spent.output_tokens + used.output_tokens
   end
   return outcome
 end
@@ -149,7 +145,6 @@ end
 
 ---@class limax.llm.answer: limax.llm.reply
 ---@field format "json_schema"|"json_object"|"plain" what the endpoint accepted
----@field cost number|nil nil where price or usage are unknown, never 0
 ---@field attempts integer
 ---@field seconds number
 
@@ -190,7 +185,7 @@ function Client:describe()
     key = found.key_source }
 end
 
---- Calls, tokens and cost so far, with which a resumed run continues. The breaker is left out: a
+--- Requests and tokens so far, with which a resumed run continues. The breaker is left out: a
 --- resumed run asks an endpoint again that failed before.
 ---@return { totals: table }
 function Client:state() return { totals = source.copy(self.spent) } end

@@ -1,6 +1,6 @@
 --- context.lua: the values of a prompt's holes: a summary of the evolution so far and the form of
---- the answer. Numbers are rounded to four digits, so that equal histories give
---- equal bytes on every machine. A prompt that is too long loses detail in a fixed order.
+--- the answer. Numbers have four digits, so that equal histories give equal bytes on every machine.
+--- A prompt that is too long loses detail in a fixed order.
 
 local host = require "limax.host"
 local ledger = require "limax.supervise.ledger"
@@ -30,8 +30,6 @@ context.levels = {
   paper = { detail_of(0, 0, true, 3), detail_of(0, 0, true, 2), detail_of(0, 0, true, 1),
     detail_of(0, 0, true, 1, true) },
 }
-
--- ---- the form of an answer ----------------------------------------------------------------------
 
 -- `facts` are what holes are filled from: the context's name, history, limits, what may be changed
 -- (`allowed`), the materials' first values, and the configuration.
@@ -83,8 +81,6 @@ function context.answer(facts)
   end
   return form, object(properties)
 end
-
--- ---- pieces -------------------------------------------------------------------------------------
 
 local function rounded(value) return value and tonumber(("%.4g"):format(value)) or nil end
 

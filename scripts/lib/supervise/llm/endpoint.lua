@@ -87,12 +87,8 @@ local function bad_url(url, allow_insecure)
 end
 
 ---@class limax.llm.endpoint
----@field url string
----@field shown string the same without its query, for messages and records
----@field model string
+---@field shown string its URL without the query, for messages and records
 ---@field provider "openai"|"azure"|"other"
----@field loopback boolean
----@field key_source string|nil
 ---@field headers fun(): table<string, string> of a request
 ---@field redact fun(text: string): string with the key replaced
 
@@ -115,8 +111,6 @@ function endpoint.find(options, getenv)
   if not model then
     return nil, "no model is named: set LIMAX_LLM_MODEL, or the field model (llama.cpp's server"
       .. " takes any name)"
-  elseif model:find "%c" then
-    return nil, "LIMAX_LLM_MODEL: the name contains a control character"
   end
 
   local key, source = find_key(getenv, url)

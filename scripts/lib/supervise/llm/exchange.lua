@@ -16,8 +16,7 @@ local exchange = {}
 local Exchange = {}
 Exchange.__index = Exchange
 
--- Longest answer that is shown to a model again, bytes.
-local LONGEST_ECHO = 4000
+local LONGEST_ECHO = 4000 -- bytes of an answer that is shown to a model again
 
 --- The questions of an experiment, by its options `prompt`, `again`, `context` and
 --- `context_tokens`. Raises where a prompt is missing or cannot be read.

@@ -83,10 +83,8 @@ local function text_of(value)
     return ok and text or nil, not ok and failure.bare(text) or nil
   elseif type(value) ~= "string" then
     return nil, "expected a text or a table, got a " .. type(value)
-  elseif not is_utf8(value) then
-    return nil, "is not UTF-8"
   end
-  return value
+  return is_utf8(value) and value or nil, "is not UTF-8"
 end
 
 --- Fills every hole. A hole without a value is an error; values without a hole are left out.
@@ -118,8 +116,7 @@ end
 
 -- ---- files --------------------------------------------------------------------------------------
 
--- The folder of versions in a run folder.
-local FOLDER = "prompts"
+local FOLDER = "prompts" -- of versions, in a run folder
 
 ---@class limax.llm.prompt_file
 ---@field template limax.llm.template the version in use

@@ -35,8 +35,6 @@ function reply.decode(body, content_type)
   return nil, "the answer is not JSON: " .. message
 end
 
--- ---- refusals -----------------------------------------------------------------------------------
-
 --- The error in a body: the object or text `error` of most servers, or a body with `detail` or
 --- object = "error"; nil where there is none.
 ---@return { message: string, code?: string, type?: string, status?: integer }|nil
@@ -73,8 +71,6 @@ function reply.class_of(status, refusal)
     or too_long and "context" or "http"
 end
 
--- ---- answers ------------------------------------------------------------------------------------
-
 ---@class limax.llm.reply
 ---@field content string
 ---@field reasoning string|nil
@@ -82,8 +78,7 @@ end
 ---@field finish_reason string|nil
 ---@field model string|nil as the endpoint names it
 ---@field id string|nil
----@field usage { input_tokens: integer, output_tokens: integer }|nil both counts or none, since
---- half a usage gives no cost
+---@field usage { input_tokens: integer, output_tokens: integer }|nil both counts or none
 
 --- The first choice of an answer, with whatever fields it has; nil where there is none.
 function reply.read(value)

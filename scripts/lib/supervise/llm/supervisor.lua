@@ -45,8 +45,6 @@ function supervisor.start(run, options, fallback)
   return self
 end
 
--- ---- the transcript -----------------------------------------------------------------------------
-
 -- The run folder exists when the first generation ends.
 function Session:open()
   self.transcript = transcript.open(self.run.folder)
@@ -84,8 +82,6 @@ function Session:recorded(step)
   return request and request.messages_sha256 == line.asks[1].messages_sha256 and line or nil
 end
 
--- ---- asking -------------------------------------------------------------------------------------
-
 -- The proposal in an answer, or nil; and its problems. `useful` is whether a field can be used.
 function Session:read(answer)
   local content = answer.content or ""
@@ -122,9 +118,8 @@ function Session:ask(purpose, request)
   end
   -- a client of the experiment's own may pass on what an endpoint reports
   local used = answer.usage or {}
-  note.finish_reason, note.cost = answer.finish_reason, answer.cost
-  note.input_tokens, note.output_tokens = usage.count(used.input_tokens),
-    usage.count(used.output_tokens)
+  note.finish_reason, note.input_tokens, note.output_tokens = answer.finish_reason,
+    usage.count(used.input_tokens), usage.count(used.output_tokens)
   local parsed, problems = self:read(answer)
   note.problems = host.json.array(source.copy(problems))
   return parsed, problems, note, answer
@@ -152,8 +147,6 @@ function Session:consult(history)
   if first and first.useful then return first end
   return nil, "no usable answer: " .. (left or problems)[1], second or first
 end
-
--- ---- deciding -----------------------------------------------------------------------------------
 
 -- The outcome without a usable answer: the fallback's proposal, which may fail too. Without one the
 -- ledger shows how the model's fields were rejected.
@@ -236,7 +229,7 @@ function Session:decide(step)
   numbers.model_seconds, numbers.asks = 0, #self.notes
   for _, note in ipairs(self.notes) do
     numbers.model_seconds = numbers.model_seconds + (note.seconds or 0)
-    for _, name in ipairs { "attempts", "input_tokens", "output_tokens", "cost" } do
+    for _, name in ipairs { "attempts", "input_tokens", "output_tokens" } do
       if type(note[name]) == "number" then numbers[name] = (numbers[name] or 0) + note[name] end
     end
   end

@@ -26,9 +26,9 @@ local function whole_lines(text) return text:sub(1, text:match ".*()\n" or 0) en
 
 -- What is wrong with a line; nil where nothing is.
 local function problem_of(line)
-  if type(line) ~= "table" then return "expected an object" end
-  if line.schema ~= SCHEMA then
-    return ("expected schema %s, got %s"):format(SCHEMA, tostring(line.schema))
+  local schema = type(line) == "table" and line.schema
+  if schema ~= SCHEMA then
+    return ("expected schema %s, got %s"):format(SCHEMA, tostring(schema))
   end
   if line.kind == "outcome" and type(line.asks) ~= "table" then
     return "expected a list as asks"
