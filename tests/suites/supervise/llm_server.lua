@@ -109,6 +109,7 @@ end)
 suite:test("a key that a server echoes is replaced everywhere", function(t)
   local server = faulty_server.open(t)
   local result = play(t, server, "echo")
+  t:equal(host.json.decode(result.records[1].raw_body).id, "[key]")
   t:equal({ result.answer.content, result.records[1].answer.id }, { "your key: [key]", "[key]" })
   t:equal({ result.answer.id, result.answer.model, result.answer.finish_reason,
     result.records[1].x_request_id, result.records[1].retry_after },

@@ -87,10 +87,9 @@ local function text_of(value)
   return is_utf8(value) and value or nil, "is not UTF-8"
 end
 
---- Fills every hole. A hole without a value is an error; values without a hole are left out.
+--- The messages with every hole filled; nil and a message with file, line and hole where one has no
+--- value. Values without a hole are left out.
 ---@param values table<string, string|table>
----@return limax.llm.message[]|nil
----@return string|nil message with file, line and hole
 function Template:fill(values)
   local texts, system = {}, nil
   for _, part in ipairs(self.parts) do
