@@ -1,6 +1,7 @@
 --- shown.lua: the history as a user's function reads it: a list and entries of its own, so that
 --- nothing that it assigns changes the run, and a misspelt name is an error.
 
+local choice = require "limax.base.choice"
 local fault = require "limax.engine.fault"
 local record_rules = require "limax.settings.record_rules"
 local records = require "limax.settings.records"
@@ -37,18 +38,15 @@ function View:__index(key)
 end
 
 function View:__pairs()
-  local names, k = {}, 0
-  for name in pairs(KNOWN) do names[#names + 1] = name end
-  for name in pairs(rawget(self, ENTRY)) do
-    if not KNOWN[name] then names[#names + 1] = name end
+  local fields, k = {}, 0
+  for _, names in ipairs { KNOWN, rawget(self, ENTRY) } do
+    for name in pairs(names) do fields[name] = self[name] end
   end
-  table.sort(names)
-  local function next_field()
+  local names = choice.sorted_keys(fields)
+  return function()
     k = k + 1
-    if names[k] and self[names[k]] == nil then return next_field() end
-    return names[k], names[k] and self[names[k]]
+    return names[k], fields[names[k]]
   end
-  return next_field
 end
 
 -- `history.best` instead of `history[#history].best`

@@ -8,6 +8,7 @@ local field_page = require "support.field_page"
 local host = require "limax.host"
 local model_stage = require "support.model_stage"
 local process = require "support.process"
+local proxies = require "support.proxies"
 local source = require "limax.base.source"
 local talker = require "support.talker"
 
@@ -103,6 +104,15 @@ suite:test("without a valid certificate the key is not sent", function(t)
     t:equal({ name, result.class, result.requests, result.kind }, { name, class, requests, kind })
   end
   t:equal(server:ask "counts".good, { requests = 1, keys = 1 })
+  server:close()
+end)
+
+suite:test("a proxy is asked where the environment names one", function(t)
+  local server = faulty_server.open(t)
+  local result = proxies.with({ http_proxy = server.base }, function()
+    return play(t, server, "good", { allow_insecure = true, url = "http://model.invalid/good" })
+  end)
+  t:equal({ result.class, server:ask "counts".good.requests }, { "answer", 1 })
   server:close()
 end)
 

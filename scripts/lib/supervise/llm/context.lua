@@ -33,7 +33,6 @@ context.levels = {
 
 -- `facts` are what holes are filled from: the context's name, history, limits, what may be changed
 -- (`allowed`), the materials' first values, and the configuration.
-
 local function materials_now(facts) return facts.history[#facts.history].materials.materials end
 
 local function short(value) return terminal.beginning(value, LONGEST) end
