@@ -15,6 +15,7 @@ local plausible = require "limax.settings.plausible"
 local scenes = require "limax.scenes"
 local schema = require "limax.engine.schema"
 local settings = require "limax.settings.settings"
+local prompt = require "limax.supervise.llm.prompt"
 local source = require "limax.base.source"
 local strict = require "limax.engine.strict"
 local trials = require "limax.experiment.trials"
@@ -213,11 +214,15 @@ local function default_name(spec, origin)
   return (name:gsub("^[^%w]", "x"))
 end
 
--- Script files that an experiment names: the parser of a language model's answers.
+-- Files that an experiment names and that take effect as its script does: the prompts of a language
+-- model, and the parser of its answers.
 local function named_scripts(spec, base)
-  local parser = type(spec.supervisor) == "table" and spec.supervisor.parse
-  if type(parser) ~= "string" then return {} end
-  return { host.file.absolute(source.beside(parser, base)) }
+  local options, list = type(spec.supervisor) == "table" and spec.supervisor or {}, {}
+  for name, place in pairs { parse = source.beside, prompt = prompt.path, again = prompt.path } do
+    local path = type(options[name]) == "string" and place(options[name], base)
+    if path then list[#list + 1] = host.file.absolute(path) end
+  end
+  return list
 end
 
 -- Makes an experiment of a script's table; `nil, message` for the first error.

@@ -82,7 +82,10 @@ function config.scored_by(made)
   for name, value in pairs(made) do
     if not UNSCORED[name] then scored[name] = value end
   end
-  for i, script in ipairs(made.run.scripts) do scored.scripts[i] = script.sha256 end
+  for _, script in ipairs(made.run.scripts) do
+    -- a prompt affects no score
+    if not script.file:match "%.md$" then table.insert(scored.scripts, script.sha256) end
+  end
   return host.xxh3(host.json.encode(scored))
 end
 

@@ -41,6 +41,7 @@ local function start(options, run)
   if not host.file.exists(folder) and origin then
     folder = source.folder_of(origin) .. "/" .. folder
   end
+  reader.read(folder)
   local path = folder .. "/" .. transcript.FILE
   if host.file.exists(path) ~= "file" then
     raise("there is no %s: only a run that a model supervised can be replayed", path)

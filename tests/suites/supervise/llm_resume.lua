@@ -8,6 +8,7 @@ local evolution = require "support.evolution"
 local host = require "limax.host"
 local limax = require "limax"
 local process = require "support.process"
+local sealed = require "limax.base.sealed"
 local source = require "limax.base.source"
 local talker = require "support.talker"
 
@@ -128,7 +129,10 @@ suite:test("a resumed run reports a changed prompt and continues with it", { lim
     t:equal(process.ends(folder, { "run", "talk.lua", "--out", "r", unpack(one) }).status, 3)
     local second = "json two {{generations}} {{answer}}"
     prompt(second)
-    local done = completes(t, folder, { "run", "--resume", "r", "-q", "--device", "cpu" })
+    local words = { "run", "--resume", "r", "-q", "--device", "cpu" }
+    process.fails(t, folder, 2, words, "my.md has changed:")
+    words[#words + 1] = "--changed"
+    local done = completes(t, folder, words)
     t:ok(done.stderr:find("my.md has changed since generation 4", 1, true), done.stderr)
     t:equal(source.read(("%s/r/prompts/%s.md"):format(folder, host.sha256(second))), second)
     -- generation 5 had an answer to the first prompt: the question is another now, and asked again
@@ -201,15 +205,24 @@ suite:test("a broken transcript is refused before the run, a cut last line is no
       assert(host.file.write_atomic(path, changed))
       return run(t, { "replay", run = recorded.folder })
     end
+    -- as somebody would change it who knows how limax works
+    local function sealed_again(from, to)
+      return (text:gsub(from, to):gsub("[^\n]+", function(line)
+        return sealed.add((line:gsub('"hash":"%x+",', "", 1)))
+      end))
+    end
     t:ok(replayed(text .. '{"schema": "limax.transcript/1", "kind": "att'))
-    for expected, change in pairs {
-      ["line 1: expected schema limax.transcript/1, got limax.transcript/2"] =
-        { "limax.transcript/1", "limax.transcript/2" },
-      ["transcript.jsonl: line 2"] = { "^([^\n]*\n)", "%1broken " },
-      ["expected a list as asks"] = { '"asks":%[.-%],"client"', '"client"' },
+    for expected, changed in pairs {
+      ["line 1: does not match its hash"] = text:gsub("limax.transcript/1", "limax.transcript/2"),
+      ["transcript.jsonl: line 2"] = text:gsub("^([^\n]*\n)", "%1broken "),
+      ['schema: expected "limax.transcript/1"'] =
+        sealed_again("limax.transcript/1", "limax.transcript/2"),
+      ["asks: expected a list"] = sealed_again('"asks":%[.-%],"client"', '"asks":5,"client"'),
+      ["template_sha256: expected 64 hexadecimal digits"] =
+        sealed_again('"template_sha256":"%x+"', '"template_sha256":"../../x"'),
       ["has no outcome of generation 3"] =
-        { '[^\n]*"generation":3,"kind":"outcome"[^\n]*\n', "" },
-    } do t:raises(expected, function() replayed((text:gsub(change[1], change[2]))) end) end
+        text:gsub('[^\n]*"generation":3,"kind":"outcome"[^\n]*\n', ""),
+    } do t:raises(expected, function() replayed(changed) end) end
     assert(host.file.remove(path))
     t:raises("only a run that a model supervised can be replayed", function()
       run(t, { "replay", run = recorded.folder })

@@ -247,7 +247,7 @@ suite:test("wrong options are refused before the run", function(t)
     ['supervisor "llm".context: expected "summary", "paper" or a function'] = { context = "all" },
     ['supervisor "llm".fallback: "llm" cannot be the fallback of a model'] = { fallback = "llm" },
     ['supervisor "llm".key: an experiment cannot name a key'] = { key = "sk-1" },
-    ['there is no file nowhere.md in '] = { prompt = "nowhere.md" },
+    ['there is no file nowhere.md beside the experiment'] = { prompt = "nowhere.md" },
     ['parse: expected the path of a file that returns a parser'] = { parse = function() end },
   } do
     options[1], options.client = "llm", silent

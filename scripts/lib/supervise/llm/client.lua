@@ -5,6 +5,7 @@
 local attempt = require "limax.supervise.llm.attempt"
 local defaults = require "limax.settings.defaults"
 local endpoint = require "limax.supervise.llm.endpoint"
+local fault = require "limax.engine.fault"
 local host = require "limax.host"
 local source = require "limax.base.source"
 local usage = require "limax.supervise.llm.usage"
@@ -190,7 +191,16 @@ end
 ---@return { totals: table }
 function Client:state() return { totals = source.copy(self.spent) } end
 
---- Continues from the state of another client.
-function Client:restore(state) self.spent = source.copy(state.totals) end
+--- Continues from the state of another client, which a transcript has.
+function Client:restore(state)
+  local totals = type(state.totals) == "table" and state.totals or {}
+  for name in pairs(self.spent) do
+    local number = totals[name]
+    if not (type(number) == "number" and number >= 0 and number < math.huge) then
+      fault.raise(("transcript.jsonl: client.totals.%s: expected a number from 0"):format(name))
+    end
+    self.spent[name] = number
+  end
+end
 
 return client

@@ -22,8 +22,8 @@ local LONGEST_ECHO = 4000 -- bytes of an answer that is shown to a model again
 --- `context_tokens`. Raises where a prompt is missing or cannot be read.
 function exchange.new(options, run)
   local folder = run.experiment.origin and source.folder_of(run.experiment.origin)
-  local function open(name)
-    local file, message = prompt.open(name, folder)
+  local function open(name, default)
+    local file, message = prompt.open(name, default, folder)
     if not file then failure.raise(2, "supervisor \"llm\": " .. message) end
     return file
   end
@@ -31,9 +31,9 @@ function exchange.new(options, run)
   return setmetatable({ run = run, name = paper and "paper" or "summary",
     own = type(options.context) == "function" and options.context or nil,
     tokens = options.context_tokens or (paper and math.huge or context.TOKENS),
-    prompt = open(options.prompt or (paper and "paper.md" or "supervise.md")),
+    prompt = open(options.prompt, paper and "paper.md" or "supervise.md"),
     -- a parser of the user's own expects a form of its own
-    again_prompt = open(options.again or (options.parse and "again_own.md" or "again.md")),
+    again_prompt = open(options.again, options.parse and "again_own.md" or "again.md"),
   }, Exchange)
 end
 

@@ -122,20 +122,30 @@ local FOLDER = "prompts" -- of versions, in a run folder
 local File = {}
 File.__index = File
 
-local function read_file(path)
-  local text, message = source.read(path)
+local function read_file(path, sha256)
+  local text, message = (sha256 and source.read_own or source.read)(path)
   if not text then return nil, message end
+  if sha256 and host.sha256(text) ~= sha256 then
+    return nil, path .. " does not match its name, which is its SHA-256"
+  end
   return prompt.read(text, source.name_of(path))
 end
 
---- Opens a prompt: a file beside the experiment, or one of limax's own in prompts/; nil and a
---- message.
+--- The path of a prompt that an experiment names: beside the experiment, else one of limax's own.
 ---@param folder string|nil of the experiment
-function prompt.open(name, folder)
-  local path, missing = source.beside(name, folder)
-  if missing then path = ("%s/prompts/%s"):format(host.home, name) end
+function prompt.path(name, folder)
+  local path = name:sub(1, 1) == "/" and name or ("%s/%s"):format(folder or ".", name)
+  return host.file.exists(path) == "file" and path or ("%s/prompts/%s"):format(host.home, name)
+end
+
+--- Opens a prompt; nil and a message.
+---@param name string|nil as an experiment names it; nil: limax's own, `default`
+---@param folder string|nil of the experiment
+function prompt.open(name, default, folder)
+  local path = name and prompt.path(name, folder) or ("%s/prompts/%s"):format(host.home, default)
   if host.file.exists(path) ~= "file" then
-    return nil, ("prompt: %s, nor in %s/prompts"):format(missing, host.home)
+    return nil, ("prompt: there is no file %s beside the experiment, nor in %s/prompts"):format(
+      name, host.home)
   end
   local template, message = read_file(path)
   if not template then return nil, "prompt: " .. message end
@@ -144,7 +154,7 @@ end
 
 --- A version that a run folder keeps; nil and a message.
 function prompt.version(folder, sha256)
-  return read_file(("%s/%s/%s.md"):format(folder, FOLDER, sha256))
+  return read_file(("%s/%s/%s.md"):format(folder, FOLDER, sha256), sha256)
 end
 
 --- Reads the file again. If it cannot be used, the version before stays in use.

@@ -120,6 +120,11 @@ function Session:ask(purpose, request)
   local used = answer.usage or {}
   note.finish_reason, note.input_tokens, note.output_tokens = answer.finish_reason,
     usage.count(used.input_tokens), usage.count(used.output_tokens)
+  if usage.is_cut(request.tokens, note.input_tokens) then
+    self.run:say(("the endpoint read only %d tokens of a prompt of about %d: it cuts prompts; give"
+      .. " its model a longer context, or lower context_tokens"):format(note.input_tokens,
+      request.tokens), "cut prompt")
+  end
   local parsed, problems = self:read(answer)
   note.problems = host.json.array(source.copy(problems))
   return parsed, problems, note, answer

@@ -3,6 +3,7 @@
 
 local failure = require "limax.base.failure"
 local host = require "limax.host"
+local schema = require "limax.engine.schema"
 local sealed = require "limax.base.sealed"
 local source = require "limax.base.source"
 
@@ -24,29 +25,27 @@ end
 -- The last line of a process that was killed may be incomplete: it counts as not written.
 local function whole_lines(text) return text:sub(1, text:match ".*()\n" or 0) end
 
--- What is wrong with a line; nil where nothing is.
-local function problem_of(line)
-  local schema = type(line) == "table" and line.schema
-  if schema ~= SCHEMA then
-    return ("expected schema %s, got %s"):format(SCHEMA, tostring(schema))
-  end
-  if line.kind == "outcome" and type(line.asks) ~= "table" then
-    return "expected a list as asks"
-  end
-end
+local sha256, words = schema.text(("%x"):rep(64), "64 hexadecimal digits"), schema.string
+local required, whole = schema.required, schema.whole(0, 2 ^ 53)
+-- What is read of a line again.
+local rule = schema.record { schema = required(schema.choice { SCHEMA }),
+  kind = required(schema.choice { "attempt", "outcome" }), repetition = required(whole),
+  generation = required(whole), source = words, why = words, reason = words, unchanged = whole,
+  proposal = schema.table, client = schema.table,
+  asks = schema.list(schema.record { messages_sha256 = required(sha256),
+    template_sha256 = required(sha256) }, { expected = "a list" }) }
 
 --- Reads a transcript; raises with file and line what is wrong with one.
 function transcript.read(path)
-  local text, message = source.read(path)
-  if not text then failure.raise(2, message) end
+  local content, message = source.read_own(path)
+  if not content then failure.raise(2, message) end
   local outcomes, number = {}, 0
-  for row in whole_lines(text):gmatch "([^\n]*)\n" do
+  for row in whole_lines(content):gmatch "([^\n]*)\n" do
     number = number + 1
-    local place = ("%s: line %d"):format(path, number)
-    local line, unreadable = host.json.decode(row, place)
-    if line == nil then failure.raise(2, unreadable) end
-    local problem = problem_of(line)
-    if problem then failure.raise(2, place .. ": " .. problem) end
+    local line, problem = sealed.open(row)
+    if line then problem = select(2, rule(line, "")) end
+    if problem then failure.raise(2, ("%s: line %d: %s"):format(path, number, problem)) end
+    line.asks = line.asks or {}
     if line.kind == "outcome" then outcomes[key_of(line.repetition, line.generation)] = line end
   end
   return setmetatable({ path = path, outcomes = outcomes }, Transcript)

@@ -2,14 +2,12 @@
 
 local usage = {}
 
--- Low for text that is mostly numbers: with an estimate that is too small, a server would cut the
--- prompt silently.
+-- Of text that is mostly numbers.
 local BYTES_PER_TOKEN = 3
 -- Most tokens that one answer or its prompt may be said to have, a hundred times what models take.
 local MOST_TOKENS = 1e9
 
---- A count of tokens as an endpoint reports it; nil, unknown, unless it is a whole number from 0 to
---- 1e9.
+--- A count of tokens as an endpoint reports it; nil unless it is a whole number from 0 to 1e9.
 function usage.count(value)
   local good = type(value) == "number" and value >= 0 and value <= MOST_TOKENS
     and value == math.floor(value)
@@ -21,6 +19,14 @@ function usage.estimate(messages)
   local bytes = 0
   for _, message in ipairs(messages) do bytes = bytes + #message.content end
   return math.ceil(bytes / BYTES_PER_TOKEN)
+end
+
+--- Has an endpoint cut a prompt without saying so? Prose has at most 5 bytes per token; in small
+--- prompts templates weigh too much.
+---@param estimated integer tokens
+---@param counted integer|nil tokens that the endpoint reports
+function usage.is_cut(estimated, counted)
+  return counted ~= nil and estimated >= 500 and counted < estimated / 3
 end
 
 --- Why a prompt may not be sent; nil where it may.
