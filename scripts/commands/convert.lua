@@ -19,8 +19,8 @@ local command = {
   summary = "robots and runs as files of other programs, and robots from them",
   usage = "limax convert FROM TO [options]",
   text = [[
-FROM is a robot file (.json), a robot of VoxCad or voxcraft-sim (.vxa, .vxd) or of EvoGym (.json,
-.npy, .npz), or a run folder, for its champion. The ending of TO chooses the format:
+FROM is a robot file (.json), a robot of VoxCad or voxcraft-sim (.vxa) or of EvoGym (.npy, .npz), or
+a run folder, for its champion. The ending of TO chooses the format:
 
 ]] .. table.concat(lines, "\n") .. [[
 
@@ -29,8 +29,6 @@ What a format cannot hold is printed. Nothing is overwritten without --force.]],
   positional = { least = 2, most = 2, name = "FROM and TO" },
   options = {
     { name = "force", text = "overwrite existing files" },
-    { name = "base", argument = "FILE",
-      text = "the .vxa with a .vxd's materials and world; base.vxa beside it if left out" },
     { name = "edge", argument = "MM", kind = "number", minimum = 0.001, maximum = 1e6,
       text = "edge of a printed voxel; the robot's own if left out" },
     { name = "record", argument = "TRACE=HZ", many = true,
@@ -51,7 +49,6 @@ local function check_options(from, format, arguments)
   for _, each in ipairs {
     { "edge", arguments.edge, applies.edge, "a .stl, .obj or .3mf" },
     { "record", arguments.record[1], applies.record, "a .pvd or .npz" },
-    { "base", arguments.base, formats.ending_of(from) == "vxd", "a robot from a .vxd" },
     { "repetition", arguments.repetition, of_champion, "the champion of a run" },
     { "generation", arguments.generation, of_champion, "the champion of a run" },
   } do
@@ -67,7 +64,7 @@ local function read(from, arguments, notes)
     input.refuse(path, "its ending names no format; expected %s or a run folder",
       table.concat(endings, ", "))
   end
-  return input.robot_of(path, format.read(path, arguments, notes))
+  return input.robot_of(path, format.read(path, notes))
 end
 
 local function write(files, force)

@@ -1,5 +1,5 @@
 --- convert_formats.lua: `limax convert` with the formats that it only writes, each read by another
---- program: STL, OBJ, 3MF, VTK, NumPy, CSV and TensorBoard.
+--- program: STL, OBJ, 3MF, VTK, NumPy and CSV.
 
 local conversion = require "support.conversion"
 local formats = require "limax.tools.convert.formats"
@@ -228,52 +228,6 @@ def check(value, name, row):
     elif name != "schema":
         assert row[name] == str(value), name
 for row, line in zip(rows, lines): check(line, "", row)
-]==])
-end)
-
--- The messages of TensorBoard's event files, as far as scalars need them.
-local PROTO = [[
-syntax = "proto3";
-message Value { string tag = 1; float simple_value = 2; }
-message Summary { repeated Value value = 1; }
-message Event { double wall_time = 1; int64 step = 2; string file_version = 3;
-  Summary summary = 5; }
-]]
-
-suite:test("TensorBoard's events of a run", function(t)
-  local folder = run(t)
-  convert(t, folder, "run", "board.tensorboard")
-  write(folder .. "/event.proto", PROTO)
-  conversion.tool(t, folder, "protoc", "--version", "protobuf-compiler")
-  python(t, folder, { "crcmod" }, [==[
-import calendar, crcmod.predefined, glob, json, re, struct, subprocess, time
-crc = crcmod.predefined.mkPredefinedCrcFun("crc-32c")
-masked = lambda b: ((crc(b) >> 15 | crc(b) << 17) + 0xa282ead8) & 0xffffffff
-lines = [json.loads(line) for r in (1, 2) for line in open("run/r%02d/metrics.jsonl" % r)]
-timing = [json.loads(line) for r in (1, 2) for line in open("run/r%02d/timing.jsonl" % r)]
-for repetition in 1, 2:
-    path, = glob.glob("board.tensorboard/r%02d/*.tfevents.*" % repetition)
-    rest, events = open(path, "rb").read(), []
-    while rest:
-        size, check = struct.unpack("<QI", rest[:12])
-        assert check == masked(rest[:8])
-        data = rest[12:12 + size]
-        assert struct.unpack("<I", rest[12 + size:16 + size])[0] == masked(data)
-        rest = rest[16 + size:]
-        words = ["protoc", "--decode=Event", "event.proto"]
-        done = subprocess.run(words, input=data, capture_output=True, check=True)
-        events.append(done.stdout.decode())
-    assert 'file_version: "brain.Event:2"' in events[0]
-    own = [(l, m) for l, m in zip(lines, timing) if l["repetition"] == repetition]
-    assert len(events) == len(own) + 1 == 4
-    for event, (line, ended) in zip(events[1:], own):
-        assert int((re.findall(r"step: (\d+)", event) or [0])[0]) == line["generation"]
-        seconds = calendar.timegm(time.strptime(ended["ended"], "%Y-%m-%dT%H:%M:%SZ"))
-        assert float(re.search(r"wall_time: (\S+)", event)[1]) == seconds
-        values = dict(re.findall(r'tag: "([^"]+)"\s+simple_value: (\S+)', event))
-        assert abs(float(values["best"]) - line["best"]) <= 1e-6 * abs(line["best"])
-        assert abs(float(values["quantiles/q10"]) - line["quantiles"]["q10"]) < 1e-6
-        assert "champion/hash" not in values
 ]==])
 end)
 

@@ -25,7 +25,7 @@ local formats = {}
 ---@class limax.convert.format
 ---@field ending string
 ---@field text? string description of a written file, for the help page
----@field read? fun(path: string, arguments: table, notes: string[]): limax.robot.description
+---@field read? fun(path: string, notes: string[]): limax.robot.description
 ---@field write? fun(job: table): string|{ [1]: string, [2]: string }[] the text of the
 --- file, or paths and texts of several
 ---@field of_run? boolean written of a run, not of a robot
@@ -36,11 +36,9 @@ local formats = {}
 
 local MILLIMETRES = 1000 -- in a metre
 
--- Reads a robot file, or a world of EvoGym.
-local function read_json(path, _, notes)
+local function read_json(path)
   local decoded, message = host.json.decode(input.read(path), path)
   if decoded == nil then failure.raise(2, message) end
-  if evogym.is_world(decoded) then return evogym.of_world(path, decoded, notes) end
   local description
   description, message = robot_file.check(decoded)
   if not description then input.refuse(path, "%s", message) end
@@ -96,7 +94,6 @@ formats.list = {
     kept = { scene = true, simulation = true },
     lost = { "materials: the table's name, and the sources of its numbers" } },
   { ending = "vxd", text = "voxcraft-sim: only the robot, for the world of a base.vxa",
-    read = voxcad_read.read,
     write = function(job) return voxcad_write.vxd(job.robot, job.to, job.notes) end,
     kept = { scene = true },
     lost = { "materials and scene: voxcraft-sim reads them from the base.vxa beside the file" } },
@@ -118,9 +115,6 @@ formats.list = {
     options = { record = true }, read = evogym.read_npz, write = write_npz, lost = WITH_NUMBER },
   { ending = "csv", text = "of a run: metrics.jsonl as a table", of_run = true,
     write = function(job) return run_metrics.csv(job.from) end },
-  { ending = "tensorboard", text = "of a run: a folder of TensorBoard's event files",
-    of_run = true,
-    write = function(job) return run_metrics.tensorboard(job.from, job.to, job.notes) end },
 }
 
 function formats.ending_of(path) return (path:match "%.([%w]+)$" or ""):lower() end

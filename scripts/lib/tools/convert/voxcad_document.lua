@@ -1,10 +1,9 @@
---- voxcad_document.lua: the elements of a .vxa, or of a .vxd merged into its base. Elements that
---- are looked up are marked as read; the others are listed as lost.
+--- voxcad_document.lua: the elements of a .vxa. Elements that are looked up are marked as read;
+--- the others are listed as lost.
 
 local choice = require "limax.base.choice"
 local host = require "limax.host"
 local input = require "limax.tools.convert.input"
-local source = require "limax.base.source"
 
 local document = {}
 
@@ -62,58 +61,15 @@ function document.text_at(node, path)
   return found and trimmed(found.text) or ""
 end
 
--- ---- files --------------------------------------------------------------------------------------
-
-local function parse(path, ...)
+--- The root of a .vxa.
+---@return limax.host.element VXA
+function document.open(path)
   local root, message = host.xml(input.read(path), path)
   if not root then input.refuse(path, "%s", message:sub(#path + 3)) end
-  for _, name in ipairs { ... } do
-    if root.name == name then return root end
+  if root.name ~= "VXA" then
+    input.refuse(path, "its root is <%s>; expected <VXA>", root.name:sub(1, 40))
   end
-  input.refuse(path, "its root is <%s>; expected <%s>", root.name:sub(1, 40),
-    table.concat({ ... }, "> or <"))
-end
-
--- Puts an element of a .vxd into the place that its attribute `replace` names.
-local function replace(file, root, element)
-  local path, name = element.attributes.replace:match "^VXA%.(.-)%.?([^.]+)$"
-  if not path then
-    input.refuse(file, "VXD.%s: replace is %q; expected a path such as \"VXA.VXC.Structure\"",
-      element.name, element.attributes.replace:sub(1, 60))
-  end
-  local node = root
-  for each in path:gmatch "[^.]+" do
-    local below = child(node, each)
-    if not below then
-      below = { name = each, text = "", attributes = {} }
-      node[#node + 1] = below
-    end
-    node = below
-  end
-  element.name = name
-  local place = #node + 1
-  for i, each in ipairs(node) do
-    if each.name == name then place = math.min(place, i) end
-  end
-  node[place] = element
-end
-
---- The root of a .vxa, or of the base of a .vxd with the elements that it replaces.
----@param base string|nil the .vxa of a .vxd; base.vxa beside it if left out
----@return limax.host.element VXA
-function document.open(path, base)
-  local root = parse(path, "VXA", "VXD")
-  if root.name == "VXA" then return root end
-  base = base or source.folder_of(path) .. "/base.vxa"
-  if host.file.exists(base) ~= "file" then
-    input.refuse(path, "a .vxd has no materials: name its .vxa with --base FILE, or put it beside"
-      .. " it as base.vxa")
-  end
-  local merged = parse(base, "VXA")
-  for _, element in ipairs(root) do
-    if element.attributes.replace then replace(path, merged, element) end
-  end
-  return merged
+  return root
 end
 
 -- ---- losses -------------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
---- voxcad_read.lua: a robot of VoxCad or voxcraft-sim (.vxa, .vxd) as the table of a robot file.
+--- voxcad_read.lua: a robot of VoxCad or voxcraft-sim (.vxa) as the table of a robot file.
 --- SI units.
 
 local body = require "limax.robot.body"
@@ -155,10 +155,9 @@ local function note_losses(root, palette, notes)
 end
 
 --- Reads a robot.
----@param file string .vxa or .vxd
----@param options { base: string|nil } the .vxa of a .vxd
-function voxcad_read.read(file, options, notes)
-  local root = document.open(file, options.base)
+---@param file string .vxa
+function voxcad_read.read(file, notes)
+  local root = document.open(file)
   local structure, lattice = structure_of(file, root)
   local edge = number_at(file, root, "VXC.Lattice.Lattice_Dim")
   if not (edge >= 1e-6 and edge <= 1e3) then
