@@ -51,7 +51,8 @@ function command.run(arguments)
   local options = { device = arguments.device, robots = not arguments.no_robots,
     say = function(line) output.warn(line, "\n") end }
   if arguments.figures then
-    local names = figures.write(arguments.figures, folders, (page.fitness_label(folders)), options)
+    local names = figures.write(arguments.figures, (runs.arms(folders)),
+      (page.fitness_label(folders)))
     output.write(("%s: %s\n"):format(shell.path(arguments.figures), table.concat(names, ", ")))
     if not arguments.out then return 0 end
   end

@@ -1,6 +1,7 @@
 --- watch.lua: `limax watch RUN`: the progress of a run in the terminal: curves, the current best,
 --- failed robots. It only reads the run's files, without a lock, so it does not affect the run.
 
+local body_picture = require "limax.draw.body_picture"
 local curves = require "limax.tools.report.curves"
 local host = require "limax.host"
 local output = require "limax.base.output"
@@ -24,6 +25,8 @@ does not affect the run. If the output is not a terminal, it prints once.]],
   },
 }
 
+-- Letters of a body that is shown.
+local MOST_LETTERS = 1000
 -- Generations over which the pace is measured.
 local LATEST = 10
 
@@ -46,6 +49,17 @@ local function state_line(folder, style)
     ("generation %d of %s"):format(runs.generations(folder)) }
   if folder.state == "running" and each then parts[#parts + 1] = ("%.3g s each"):format(each) end
   return table.concat(parts, "   ")
+end
+
+-- The layers of a run's champion as letters; nil where its file is missing or it is large.
+local function letters(run, style)
+  local description = runs.description(run, runs.result(run))
+  local lattice = description and description.lattice
+  if not lattice or lattice[1] * lattice[2] * lattice[3] > MOST_LETTERS then return nil end
+  local materials = description.materials.materials
+  return "\n" .. body_picture.side_by_side({ { layers = description.voxels, materials = materials,
+    title = ("champion of repetition %d, lowest layer first"):format(run.repetition) } }, style)
+    .. "\n" .. body_picture.legend(materials, style)
 end
 
 --- The text that is shown of a folder.
@@ -75,14 +89,7 @@ function command.text_of(folder, style)
     leading.repetition)
   local drawn = curves.learning(list, "")
   parts[#parts + 1] = text_plot.panel(drawn, { style = style, rows = 10 })
-  local diversity = curves.diversity(list)[1]
-  parts[#parts + 1] = ""
-  parts[#parts + 1] = diversity.title
-  diversity.y.label, diversity.curves[1].name = "", "diversity"
-  parts[#parts + 1] = text_plot.panel(diversity, { style = style, rows = 5 })
-  local layers, legend = page.letters(leading,
-    ("champion of repetition %d, lowest layer first"):format(leading.repetition), style)
-  if layers then parts[#parts + 1] = "\n" .. layers .. "\n" .. legend end
+  parts[#parts + 1] = letters(leading, style)
   return table.concat(parts, "\n") .. "\n"
 end
 

@@ -2,7 +2,6 @@
 --- which test, what may be claimed, which runs cannot be compared.
 
 local arms = require "limax.tools.report.arms"
-local curves = require "limax.tools.report.curves"
 local evolution = require "support.evolution"
 local forged = require "support.forged"
 local host = require "limax.host"
@@ -223,13 +222,10 @@ end)
 suite:test("other arms have their experiments' names", function(t)
   local base = t:folder()
   local function wait() end
-  t:equal(names_of(base, { supervisor = wait, name = "mine" }, { supervisor = "fixed" }),
-    { "mine", "fixed" })
   t:equal(names_of(base, { supervisor = "rules", name = "low" },
     { supervisor = "rules", name = "high", breeding = { mutation_rate = 0.2 } }),
     { "low", "high" })
-  -- a name that another arm has does not identify one
-  local same = names_of(base, { supervisor = wait, name = "fixed" }, { supervisor = "fixed" })
+  local same = names_of(base, { supervisor = wait }, { supervisor = "fixed" })
   t:ok(same[1]:find "compare%.lua$", same[1])
   t:equal(same[2], "fixed")
   -- two functions of one file
@@ -366,10 +362,7 @@ suite:test("exploratory: a missed target is censored, the area is a mean", funct
   local one = { before = 20, lines = { { evaluations = 10, best_standard = 1 },
     { evaluations = 30, best_standard = 3 }, { evaluations = 10 },
     { evaluations = 10, best_standard = 2 } } }
-  t:equal(curves.points(one, runs.score), { { 30, 1 }, { 60, 3 }, { 70, 3 }, { 80, 2 } })
+  t:equal(measures.points(one), { { 30, 1 }, { 60, 3 }, { 70, 3 }, { 80, 2 } })
   -- 30 evaluations at 1, then 20 at 3
   t:near(measures.exploratory({ one }, 9).area, (30 * 1 + 20 * 3) / 50)
-  t:equal({ curves.at(curves.points(one, runs.score), 59),
-    curves.at(curves.points(one, runs.score), 60) }, { 1, 3 })
-  t:equal(curves.at(curves.points(one, runs.score), 29), nil)
 end)

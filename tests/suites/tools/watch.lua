@@ -47,7 +47,7 @@ suite:test("curves and the best are printed, and no file is changed", function(t
   end
   for _, text in ipairs { "running   generation 6 of 6", ("best %.4g"):format(best),
     "fitness (m), the median of 2 repetitions", "** best   oo mean",
-    "voxels in which two robots differ", "lowest layer first" } do
+    "lowest layer first" } do
     t:ok(done.stdout:find(text, 1, true), text .. "\n" .. done.stdout)
   end
   t:ok(not done.stdout:find "[\128-\255\27]", "ASCII where the terminal is dumb")

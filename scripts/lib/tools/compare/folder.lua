@@ -12,7 +12,7 @@ local folder = {}
 ---@param list limax.compare.arm[]
 function folder.write(path, result, list)
   local unit = runs.fitness_words(list[1].runs[1].config.fitness)
-  figures.charts(path, list, ("fitness (%s)"):format(unit or "unit of the script"))
+  figures.write(path, list, ("fitness (%s)"):format(unit or "unit of the script"))
   for ending, text in pairs {
     txt = tables.text(result, { color = false, ascii = true, width = 80 }),
     csv = tables.csv(result), json = tables.json(result), tex = tables.latex(result),

@@ -1,7 +1,6 @@
 --- measures.lua: numbers of an arm's runs: how much a language model set, the outcomes of
 --- proposals, and without a claim how soon the runs reached a target.
 
-local curves = require "limax.tools.report.curves"
 local ledger = require "limax.supervise.ledger"
 local runs = require "limax.tools.compare.runs"
 local sample = require "limax.base.statistics.sample"
@@ -48,9 +47,23 @@ end
 
 -- ---- learning curves ----------------------------------------------------------------------------
 
+--- The best by evaluations: points { evaluations, value }, generation by generation. A generation
+--- without a value repeats the one before. An evaluation is one simulation of a robot for its
+--- score; elites that keep their score need none, those of a tuning come first.
+---@return number[][]
+function measures.points(run)
+  local points, spent, before = {}, run.before, nil
+  for _, line in ipairs(run.lines) do
+    spent = spent + line.evaluations
+    before = runs.score(line) or before
+    if before then points[#points + 1] = { spent, before } end
+  end
+  return points
+end
+
 --- The best of the last generation, under the first materials, as it was evolved.
 function measures.last(run)
-  local points = curves.points(run, runs.score)
+  local points = measures.points(run)
   return points[#points] and points[#points][2] or 0
 end
 
@@ -73,7 +86,7 @@ end
 function measures.exploratory(list, target)
   local hits, spent, areas, to_target = 0, {}, {}, {}
   for i, run in ipairs(list) do
-    local points = curves.points(run, runs.score)
+    local points = measures.points(run)
     areas[i], spent[i] = area(points), math.huge
     for _, point in ipairs(points) do
       if point[2] >= target then

@@ -76,16 +76,17 @@ local function check_question(first, shared, run, its)
     first.path, run.path, table.concat(texts, "\n")))
 end
 
--- A supervisor's name, and whether it is a function of a script: then its file's name, because
--- lines move when the file is edited.
-local function supervisor_name(config)
-  local supervisor = config.supervisor
-  if type(supervisor) ~= "table" then return tostring(supervisor), false end
+-- A supervisor's name; that of a function is its file, because lines move when it is edited.
+local function supervisor_name(arm)
+  local supervisor = arm.runs[1].config.supervisor
+  if type(supervisor) ~= "table" then return tostring(supervisor) end
   local own = supervisor["function"]
-  return own and own.file or supervisor.name or tostring(supervisor[1]), own ~= nil
+  return own and own.file or supervisor.name or tostring(supervisor[1])
 end
 
--- Names of arms of one supervisor that differ only in how they search; nil for others.
+local function experiment_name(arm) return arm.runs[1].config.name end
+
+-- Names of arms that differ only in how they search; nil for others.
 local function search_names(groups)
   local configs = {}
   for k, arm in ipairs(groups) do
@@ -97,44 +98,36 @@ local function search_names(groups)
   return #groups > 1 and search.names(configs) or nil
 end
 
--- Names arms: by what differs in how they search, if nothing else does; by the supervisor; if that
--- is a function, or another arm has it, by the experiments; if another arm has that name, by the
--- supervisor and the fields that differ from its first arm.
+-- Has only this arm this name?
+local function is_only(groups, arm, name_of)
+  for _, other in ipairs(groups) do
+    if other ~= arm and name_of(other) == name_of(arm) then return false end
+  end
+  return true
+end
+
+-- Names arms: by what differs in how they search, if nothing else does; by the supervisor; if
+-- another arm has it, by the experiment; if another arm has that too, by the supervisor and the
+-- fields that differ from its first arm. A study names its own.
 local function name_arms(groups)
-  local supervisors, experiments, first_of, names, is_function = {}, {}, {}, {}, {}
-  local function use(users, word, arm)
-    users[word] = users[word] or {}
-    users[word][arm] = true
-  end
-  local function is_only(users, word, arm)
-    return word and next(users[word]) == arm and next(users[word], arm) == nil
-  end
-  for k, name in ipairs(search_names(groups) or {}) do
-    groups[k].name = groups[k].name or name
-  end
-  for _, arm in ipairs(groups) do
-    names[arm], is_function[arm] = supervisor_name(arm.runs[1].config)
-    use(supervisors, arm.name or names[arm], arm)
-    for _, run in ipairs(arm.runs) do
-      if run.config.name then use(experiments, run.config.name, arm) end
-    end
-  end
-  for _, arm in ipairs(groups) do
-    local name = arm.runs[1].config.name
-    local base = names[arm]
-    local first = first_of[base]
-    if arm.name or not is_function[arm] and is_only(supervisors, base, arm) then
-      arm.name = arm.name or base
-    elseif is_only(experiments, name, arm) and not supervisors[name] then
-      arm.name = name
+  local names, first_of = search_names(groups) or {}, {}
+  for k, arm in ipairs(groups) do
+    local supervisor = supervisor_name(arm)
+    local first = first_of[supervisor]
+    if arm.name or names[k] then
+      arm.name = arm.name or names[k]
+    elseif is_only(groups, arm, supervisor_name) then
+      arm.name = supervisor
+    elseif experiment_name(arm) and is_only(groups, arm, experiment_name) then
+      arm.name = experiment_name(arm)
     elseif first then
       local texts = {}
-      for k, each in ipairs(flat.differences(first.fields, arm.fields)) do
-        texts[k] = ("%s=%s"):format(each.path, each.now)
+      for i, each in ipairs(flat.differences(first.fields, arm.fields)) do
+        texts[i] = ("%s=%s"):format(each.path, each.now)
       end
-      arm.name = ("%s (%s)"):format(base, table.concat(texts, ", "))
+      arm.name = ("%s (%s)"):format(supervisor, table.concat(texts, ", "))
     else
-      arm.name, first_of[base] = base, arm
+      arm.name, first_of[supervisor] = supervisor, arm
     end
   end
 end

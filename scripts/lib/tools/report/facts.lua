@@ -2,15 +2,13 @@
 --- proposals of supervisors.
 
 local choice = require "limax.base.choice"
+local charts = require "limax.tools.report.charts"
 local curves = require "limax.tools.report.curves"
-local defaults = require "limax.settings.defaults"
 local flat = require "limax.base.flat"
 local host = require "limax.host"
 local duration = require "limax.base.duration"
 local runs = require "limax.tools.report.runs"
 local schema = require "limax.engine.schema"
-local search = require "limax.tools.report.search"
-local tiers = require "limax.settings.tiers"
 
 local facts = {}
 
@@ -31,17 +29,17 @@ end
 ---@return string[] columns
 ---@return any[][] rows
 function facts.final(list)
-  local rows, measures = {}, curves.measure_names(list)
+  local rows, measures = {}, charts.measure_names(list)
   local columns = { "arm", "seed", "repetition", "state", "generations", "evaluations",
     "best of generation 0", "best of the last", "best of all", "mean of the last",
-    "diversity of the last", "failed robots", "time" }
+    "diversity of the last", "failed robots", "moved too far in a step", "time" }
   for _, name in ipairs(measures) do columns[#columns + 1] = name .. " of its champion" end
   for _, arm in ipairs(list) do
     for _, run in ipairs(arm.runs) do
-      local first, last, failed = run.lines[1], run.lines[#run.lines], 0
+      local first, last, failed, coarse = run.lines[1], run.lines[#run.lines], 0, 0
       local most = -math.huge
       for _, line in ipairs(run.lines) do
-        failed = failed + curves.failed(line)
+        failed, coarse = failed + curves.failed(line), coarse + (line.coarse or 0)
         most = math.max(most, runs.score(line) or -math.huge)
       end
       local none = "-"
@@ -49,7 +47,7 @@ function facts.final(list)
         #run.lines, run.evaluations, runs.score(first) or none, runs.score(last) or none,
         most > -math.huge and most or none, last.mean or none,
         last.diversity.all and last.diversity.all.hamming or none, failed,
-        (duration((seconds_of(run)))) }
+        coarse, (duration((seconds_of(run)))) }
       for _, name in ipairs(measures) do
         row[#row + 1] = runs.measure(last, name) or none
       end
@@ -115,23 +113,13 @@ function facts.configuration(config)
   return rows
 end
 
--- A configuration as texts by path; each part of how it searches is one text.
-local function fields_of(config)
-  local fields = flat.add(config, "", {}, shown)
-  for path in pairs(fields) do
-    if search.has(path, config, config) then fields[path] = nil end
-  end
-  for _, part in ipairs(search.parts) do fields[part.path] = search.text(config, part) end
-  return fields
-end
-
 --- Fields in which configurations differ: a column for each folder.
 ---@return string[] columns
 ---@return any[][] rows
 function facts.differences(folders)
   local all, paths, columns, rows = {}, {}, { "field" }, {}
   for k, folder in ipairs(folders) do
-    all[k], columns[k + 1] = fields_of(folder.config), folder.path
+    all[k], columns[k + 1] = flat.add(folder.config, "", {}, shown), folder.path
     for path in pairs(all[k]) do paths[path] = true end
   end
   for _, path in ipairs(choice.sorted_keys(paths)) do
@@ -172,39 +160,6 @@ function facts.proposals(list)
   local out = math.max(0, #rows - MOST_PROPOSALS)
   local kept = { unpack(rows, out + 1) }
   return { "generation", "arm", "repetition", "by", "reason", "changes" }, kept, out
-end
-
--- The accuracy of a run's simulations in words, and their tier, if it is one.
-local function setting_of(simulation)
-  if not defaults.tiers[simulation.accuracy] or not simulation.integrator then return "-", nil end
-  local tier = tiers.of(simulation)
-  if tier then return ("%s: %s"):format(tier, tiers.describe(tier)), tier end
-  local step = simulation.time_step
-  return ("%s, %s, %s"):format(simulation.integrator, simulation.precision,
-    type(step) == "number" and step > 0 and ("%g s"):format(step)
-    or ("%g of each body's bound%s"):format(simulation.bound_fraction,
-      simulation.bound and " by " .. simulation.bound or "")), nil
-end
-
---- The accuracy of each run, what was measured of it where it ran, and how many of its robots moved
---- too far in a step.
----@return string[] columns
----@return any[][] rows
-function facts.accuracy(folders)
-  local rows = {}
-  for k, folder in ipairs(folders) do
-    local setting, tier = setting_of(folder.config.simulation)
-    local coarse = 0
-    for _, run in ipairs(folder.runs) do
-      for _, line in ipairs(run.lines) do coarse = coarse + (line.coarse or 0) end
-    end
-    local sessions = folder.sessions
-    local measured = #sessions > 0 and tiers.measured_in(sessions[#sessions])
-    rows[k] = { folder.path, setting, coarse,
-      tier and tiers.price(measured and measured[tier]) or "no tier as a whole" }
-  end
-  return { "run", "simulated with", "robots that moved too far in a step",
-    "measured on this machine" }, rows
 end
 
 --- The processes that wrote the folders, and their machines.

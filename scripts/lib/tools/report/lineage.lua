@@ -1,5 +1,4 @@
---- lineage.lua: the ancestors of a champion, from the parents of all robots, and the line
---- from generation 0 through the better parent of each.
+--- lineage.lua: the line of a champion: from generation 0 through the better parent of each robot.
 
 local rows = require "limax.robot.rows"
 local runs = require "limax.tools.report.runs"
@@ -25,28 +24,12 @@ local function robots_of(run)
   return by_id
 end
 
---- The ancestors of the champion, itself included, the oldest first; and the line of its
---- better parents, the oldest first.
----@return limax.report.ancestor[] ancestors
----@return limax.report.ancestor[] line
+--- The champion and its better parents, the oldest first; empty where the robots are not kept.
+---@return limax.report.ancestor[]
 function lineage.of(run)
-  local by_id = robots_of(run)
+  local by_id, line, passed = robots_of(run), {}, {}
   local champion = runs.result(run).champion
-  local first = champion and by_id[champion.id]
-  if not first then return {}, {} end
-  local waiting, seen, ancestors = { first }, { [first.id] = true }, {}
-  while #waiting > 0 do
-    local robot = table.remove(waiting)
-    ancestors[#ancestors + 1] = robot
-    for _, id in ipairs(robot.parents) do
-      if by_id[id] and not seen[id] then
-        seen[id] = true
-        waiting[#waiting + 1] = by_id[id]
-      end
-    end
-  end
-  -- from the champion back
-  local line, at, passed = {}, first, {}
+  local at = champion and by_id[champion.id]
   while at do
     table.insert(line, 1, at)
     passed[at.id] = true
@@ -60,33 +43,7 @@ function lineage.of(run)
     end
     at = better
   end
-  table.sort(ancestors, function(a, b)
-    if a.generation ~= b.generation then return a.generation < b.generation end
-    return a.id < b.id
-  end)
-  return ancestors, line
-end
-
---- The ancestors as a panel.
----@param title string
----@param label string of the fitness
----@return limax.chart.panel
-function lineage.panel(ancestors, line, title, label)
-  local function points(robots)
-    local list = {}
-    for _, robot in ipairs(robots) do
-      if robot.fitness then list[#list + 1] = { robot.generation, robot.fitness } end
-    end
-    return list
-  end
-  return { title = title,
-    x = { label = "generation in which it first appeared", linear = true, whole = true },
-    y = { label = label, linear = true }, curves = {
-      { title = "ancestors", points = points(ancestors), color = "#8c9198", dash = "none",
-        marker = "ring" },
-      { name = "better parents", points = points(line), color = "#d55e00", width = 2,
-        marker = "dot" },
-    } }
+  return line
 end
 
 return lineage

@@ -1,8 +1,6 @@
 --- page.lua: `report.html`, one file that needs nothing else. Opened from disk it makes no request;
 --- without scripts everything is shown except the robots that move.
 
-local body_picture = require "limax.draw.body_picture"
-local chart = require "limax.draw.chart.figure"
 local charts = require "limax.tools.report.charts"
 local choice = require "limax.base.choice"
 local compared = require "limax.tools.compare.runs"
@@ -14,7 +12,6 @@ local html = require "limax.tools.report.html"
 local inline = require "limax.draw.chart.inline"
 local lineage = require "limax.tools.report.lineage"
 local outcome = require "limax.tools.compare.outcome"
-local parameters = require "limax.tools.report.parameters"
 local robots = require "limax.tools.report.robots"
 local runs = require "limax.tools.report.runs"
 local tables = require "limax.tools.compare.tables"
@@ -22,34 +19,14 @@ local verdict = require "limax.tools.compare.verdict"
 
 local page = {}
 
--- Letters of a body that is shown in letters.
-local MOST_LETTERS = 1000
 -- Letters of a line of the comparison.
 local COMPARISON = 120
--- mm, of a key of markers
-local KEY_WIDTH = 150
 -- More folders than these are counted, not listed; the table of results has all.
 local MOST_LISTED = 6
-
-local function figure(panel, caption)
-  return html.figure(inline.draw(panel, panel.title), panel.title, caption)
-end
 
 local function section(id, title, ...)
   return ('<section id="%s" aria-labelledby="%s-title"><h2 id="%s-title">%s</h2>\n%s</section>\n')
     :format(id, id, id, html.escaped(title), table.concat { ... })
-end
-
--- Each text once, in the order in which they first come.
-local function distinct(texts)
-  local list, seen = {}, {}
-  for _, text in ipairs(texts) do
-    if not seen[text] then
-      seen[text] = true
-      list[#list + 1] = text
-    end
-  end
-  return list
 end
 
 local function note(text) return '<p class="note">' .. html.escaped(text) .. "</p>\n" end
@@ -63,12 +40,10 @@ local function learning(list)
 end
 
 local function supervision(list)
-  local _, still = parameters.fields(list)
   local columns, rows, out = facts.proposals(list)
   local older = out > 0 and (", %d older ones are left out"):format(out) or ""
-  return (#still > 0 and note("Never changed: " .. table.concat(still, ", ") .. ".") or "")
-    .. (#rows > 0 and html.details(("proposals of supervisors: %d entries%s"):format(#rows, older),
-      html.table(columns, rows, "Proposals of supervisors, and their reasons")) or "")
+  return #rows > 0 and html.details(("proposals of supervisors: %d entries%s"):format(#rows, older),
+    html.table(columns, rows, "Proposals of supervisors, and their reasons")) or ""
 end
 
 local function cost(list)
@@ -82,53 +57,33 @@ local BELOW = { learning = learning, parameters = supervision, cost = cost,
 
 -- A section of charts; nothing where there is nothing to show.
 local function charted(each, list)
-  local figures, key, below = {}, "", BELOW[each.name]
+  local figures, below = {}, BELOW[each.name]
   if #each.panels == 0 and not below then return "" end
   for k, panel in ipairs(each.panels) do
-    figures[k] = figure(panel, panel.caption)
+    figures[k] = html.figure(inline.draw(panel, panel.title), panel.title, panel.caption)
   end
-  if each.key and #each.key > 0 then
-    key = ('<figure class="chart key">%s</figure>\n'):format(chart.draw("svg",
-      { title = "Markers", panels = {}, key = each.key, foot = "" }, KEY_WIDTH))
-  end
-  return section(each.name, each.title, note(each.foot), key, '<div class="charts">',
+  return section(each.name, each.title, note(each.foot), '<div class="charts">',
     table.concat(figures), "</div>\n", below and below(list) or "")
 end
 
-local function accuracy(folders)
-  local columns, rows = facts.accuracy(folders)
-  return section("accuracy", "Accuracy",
-    html.table(columns, rows, "Accuracy of each run"),
-    note("Elite regret: the fitness that is lost by breeding from scores of this accuracy. It is"
-      .. " known after limax bench accuracy has run with this processor and build."))
-end
-
--- The ancestors of the best run's champion of an arm.
-local function ancestors_of(arm, label)
+-- The better parents of the best run's champion of an arm.
+local function ancestors_of(arm)
   local run = runs.leading(arm.runs)
-  local title = runs.title(arm, run)
-  local ancestors, line = lineage.of(run)
-  if #ancestors == 0 then
-    return note(title .. ": the population files do not contain the champion's ancestors.")
-  end
-  local rows = {}
-  for k, robot in ipairs(line) do
+  local title, rows = "better parents of the champion of " .. runs.title(arm, run), {}
+  for k, robot in ipairs(lineage.of(run)) do
     rows[k] = { robot.generation, robot.id, robot.fitness or "-",
       table.concat(robot.parents, " and "), robot.body.voxels, robot.body.hash }
   end
-  local panel = lineage.panel(ancestors, line, "ancestors of the champion of " .. title, label)
-  return ("<div>%s%s</div>\n"):format(
-    figure(panel, ("robots: %d; line: better parents"):format(#ancestors)),
-    html.details(("the line of better parents, robots: %d"):format(#line), html.table(
-      { "generation", "robot", "fitness", "parents", "voxels", "body" }, rows, "Better parents")))
+  if #rows == 0 then return note(title .. ": its robots are not kept.") end
+  return html.details(("%s: %d robots"):format(title, #rows),
+    html.table({ "generation", "robot", "fitness", "parents", "voxels", "body" }, rows, title))
 end
 
-local function ancestry(list, label)
+local function ancestry(list)
   local parts = {}
-  for k = 1, math.min(#list, charts.MOST_ARMS) do parts[k] = ancestors_of(list[k], label) end
+  for k = 1, math.min(#list, charts.MOST_ARMS) do parts[k] = ancestors_of(list[k]) end
   return section("lineage", #list == 1 and "Lineage of the champion" or "Lineage of champions",
-    note "Of each arm, the run whose champion is the best.", '<div class="charts">',
-    table.concat(parts), "</div>\n")
+    table.concat(parts))
 end
 
 local function configuration(folders)
@@ -148,42 +103,6 @@ local function configuration(folders)
   return section("configuration", "Configuration", table.concat(parts))
 end
 
--- The settings that scripts mark as not from the paper.
-local function not_in_paper(folders)
-  local parts = {}
-  for _, folder in ipairs(folders) do
-    local items = {}
-    for k, text in ipairs(folder.config.not_in_paper or {}) do
-      items[k] = "<li>" .. html.escaped(text) .. "</li>"
-    end
-    if #items > 0 then
-      parts[#parts + 1] = ("<p>%s:</p><ul>%s</ul>\n"):format(
-        html.escaped(folder.config.name or folder.path), table.concat(items, "\n"))
-    end
-  end
-  if #parts == 0 then return "" end
-  return section("paper", "Not in the paper", table.concat(distinct(parts)))
-end
-
---- The layers of a run's champion as letters; nil where its file is missing or it has too many
---- voxels.
----@return string|nil layers
----@return string|nil legend
-function page.letters(run, title, style)
-  local description = runs.description(run, runs.result(run))
-  local lattice = description and description.lattice
-  if not lattice or lattice[1] * lattice[2] * lattice[3] > MOST_LETTERS then return nil end
-  local materials = description.materials.materials
-  return body_picture.side_by_side({ { title = title, layers = description.voxels,
-    materials = materials } }, style), body_picture.legend(materials, style)
-end
-
--- Text as it is, that can be scrolled.
-local function plain(text, label)
-  return ('<pre tabindex="0" role="region" aria-label="%s">%s</pre>\n'):format(label,
-    html.escaped(text))
-end
-
 -- What `limax compare` prints about these arms, or why it cannot; nothing of a single one.
 local function comparison(folders, list, options)
   if #list < 2 or options.robots == false then return "" end
@@ -192,8 +111,9 @@ local function comparison(folders, list, options)
     return tables.text(verdict.compare(list, outcomes),
       { color = false, ascii = true, width = COMPARISON })
   end)
-  return section("comparison", "Comparison", fine and plain(text, "the output of limax compare")
-    or note("limax compare: " .. failure.bare(text)))
+  return section("comparison", "Comparison", fine
+    and ('<pre tabindex="0" role="region" aria-label="the output of limax compare">%s</pre>\n')
+      :format(html.escaped(text)) or note("limax compare: " .. failure.bare(text)))
 end
 
 -- Of each arm, in how many generations its supervisor failed.
@@ -204,14 +124,6 @@ local function supervisor_failures(list)
     notes[#notes + 1] = text and note(("%s: %s."):format(arm.name, text))
   end
   return table.concat(notes)
-end
-
-local function letters(arm, run)
-  local layers, legend = page.letters(run,
-    ("champion of %s, lowest layer first"):format(runs.title(arm, run)),
-    { color = false, ascii = true, width = 100 })
-  if not layers then return "" end
-  return plain(layers .. "\n\n" .. legend, "the champion in letters")
 end
 
 -- ---- the page -----------------------------------------------------------------------------------
@@ -235,7 +147,7 @@ end
 local function title_of(list)
   local names = {}
   for k, run in ipairs(list) do names[k] = run.name end
-  names = distinct(names)
+  names = runs.distinct(names)
   local title = table.concat(names, ", ", 1, math.min(#names, MOST_LISTED))
   return #names > MOST_LISTED and ("%s and %d more"):format(title, #names - MOST_LISTED) or title
 end
@@ -251,7 +163,7 @@ function page.fitness_label(folders)
       units[#units + 1], all[#all + 1] = unit or "unit of the script", words
     end
   end
-  units, all = distinct(units), distinct(all)
+  units, all = runs.distinct(units), runs.distinct(all)
   if #all == 1 then return ("fitness (%s)"):format(units[1]), all[1] end
   return ("fitness (%s; of several kinds)"):format(#units == 1 and units[1] or "each its own unit"),
     ("of several kinds, which cannot be compared: %s"):format(table.concat(all, "; "))
@@ -267,30 +179,27 @@ end
 function page.text(folders, options)
   options = options or {}
   local list, why = runs.arms(folders)
-  local all, arm_of = {}, {}
+  local all = {}
   for _, arm in ipairs(list) do
-    for _, run in ipairs(arm.runs) do all[#all + 1], arm_of[run] = run, arm end
+    for _, run in ipairs(arm.runs) do all[#all + 1] = run end
   end
   local label, words = page.fitness_label(folders)
-  local leading, title = runs.leading(all), title_of(all)
+  local title = title_of(all)
   local columns, rows = facts.final(list)
   local shown = options.robots == false and { body = "", scripts = {} }
     or robots.section(list, options)
-  local bodies = shown.body .. letters(arm_of[leading], leading)
   local sections = {
     section("results", "Results", html.table(columns, rows, "Every repetition of every run"),
       note("Fitness: " .. words .. ". Best: under the run's first materials where that is known."),
       supervisor_failures(list),
       why and note("Each run is an arm of its own, since " .. why) or ""),
-    bodies == "" and "" or section("robots", "Robots", bodies) }
+    shown.body == "" and "" or section("robots", "Robots", shown.body) }
   if not why then sections[3] = comparison(folders, list, options) end
   for _, each in ipairs(charts.of(list, label)) do
     sections[#sections + 1] = charted(each, list)
   end
-  for _, text in ipairs { accuracy(folders), ancestry(list, label), configuration(folders),
-    not_in_paper(folders) } do
-    sections[#sections + 1] = text
-  end
+  sections[#sections + 1] = ancestry(list)
+  sections[#sections + 1] = configuration(folders)
   sections = table.concat(sections)
   local links = {}
   for id, heading in sections:gmatch '<section id="([%l_]+)".-<h2[^>]*>(.-)</h2>' do

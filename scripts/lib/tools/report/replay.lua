@@ -26,14 +26,11 @@ local PATCHES, MOST_RULES = 32, 200
 ---@field masses integer
 ---@field body integer of them, the body's own; the corners of the scene's block follow
 ---@field step number m
----@field edge number m
 ---@field world limax.report.world
 ---@field corners integer[] masses from 0, four for each face
 ---@field materials integer[] of each face, from 0 in `names`
 ---@field names string[]
 ---@field colors string[] "#rrggbb"
----@field phases number[] of each face, rad; -1 if it is not a muscle
----@field held integer[]|nil masses from 0 that anchors hold
 ---@field steps integer[] differences from sample to sample, [sample][mass][3]; the first sample's
 --- are from 0
 
@@ -42,16 +39,7 @@ local PATCHES, MOST_RULES = 32, 200
 ---@field ground boolean
 ---@field parts { points: number[], edges: (boolean|string)[], fill: string|nil, ink: string,
 --- wall: boolean|nil }[]|nil polygons, and lines between two points; walls are transparent
----@field flows { name: string, label: string, velocity: number[], hex: string }[]|nil m/s
 ---@field obstacle string|nil colour of obstacles, if there are any
-
--- The phase of a muscle's voxel, rad; -1 for others.
-local function phase_of(description, material, voxel)
-  if not material.phase then return -1 end
-  local weight = description.weights.phase
-  if type(weight) == "table" then weight = weight[voxel[3]][voxel[2]][voxel[1]] end
-  return tonumber(("%.3f"):format(weight * material.phase))
-end
 
 -- Samples as lists of three numbers for each mass that is drawn.
 local function samples_of(trace, masses, stride)
@@ -108,7 +96,7 @@ local function world_of(around, samples)
   for _, values in ipairs(samples) do
     for c = 1, #values, 3 do take { values[c], values[c + 1], values[c + 2] } end
   end
-  local slab, parts, flows = { low = {}, high = {}, patches = PATCHES }, {}, {}
+  local slab, parts = { low = {}, high = {}, patches = PATCHES }, {}
   for c = 1, 3 do
     slab.low[c] = math.floor((low[c] - BEYOND) / ROUND) * ROUND
     slab.high[c] = math.ceil((high[c] + BEYOND) / ROUND) * ROUND
@@ -123,12 +111,8 @@ local function world_of(around, samples)
       if part.look.ruled then add_rules(parts, part, slab) end
     end
   end
-  for k, flow in ipairs(around.flows) do
-    flows[k] = { name = flow.kind, label = world.flow_label(flow), velocity = flow.velocity,
-      hex = world.flow_ink[flow.kind] }
-  end
   return { up = around.up, ground = turned.ground ~= nil,
-    parts = #parts > 0 and parts or nil, flows = #flows > 0 and flows or nil,
+    parts = #parts > 0 and parts or nil,
     obstacle = world.has_solids(around) and world.hex or nil }
 end
 
@@ -144,13 +128,11 @@ local function add_block(result, samples, path, stride, size)
   for _, face in ipairs(block_picture.faces(result.body)) do
     for _, corner in ipairs(face.corners) do table.insert(result.corners, corner - 1) end
     table.insert(result.materials, #result.names - 1)
-    table.insert(result.phases, -1)
   end
 end
 
--- Adds the faces of the body's skin, with their materials and phases. Returns the masses that are
--- drawn.
-local function add_faces(result, body, description)
+-- Adds the faces of the body's skin, with their materials. Returns the masses that are drawn.
+local function add_faces(result, body)
   local of_letter, masses, drawn = {}, {}, {}
   for k, material in ipairs(body.materials) do
     of_letter[material.letter] = k
@@ -161,30 +143,22 @@ local function add_faces(result, body, description)
       if not drawn[mass] then
         masses[#masses + 1] = mass
         drawn[mass] = #masses - 1
-        if body.held[mass] then
-          result.held = result.held or {}
-          table.insert(result.held, drawn[mass])
-        end
       end
       result.corners[4 * f - 4 + k] = drawn[mass]
     end
-    local material = of_letter[face.letter]
-    result.materials[f] = material - 1
-    result.phases[f] = phase_of(description, body.materials[material], face.voxel)
+    result.materials[f] = of_letter[face.letter] - 1
   end
   return masses
 end
 
 --- The replay of a robot that motion.simulate has simulated.
 ---@param walked limax.scored_robot
----@param description limax.robot.description
 ---@return limax.report.replay
-function replay.of(walked, description)
+function replay.of(walked)
   local trace, body, block = walked:trace "position", motion.body(walked),
     walked.context.scene.block
-  local result = { edge = description.edge, step = STEP, corners = {}, materials = {},
-    phases = {}, names = {}, colors = {} }
-  local masses = add_faces(result, body, description)
+  local result = { step = STEP, corners = {}, materials = {}, names = {}, colors = {} }
+  local masses = add_faces(result, body)
   local stride = math.max(1, math.floor(trace.rate / RATE))
   -- the last sample is kept
   while (trace:size() - 1) % stride ~= 0 do stride = stride - 1 end
@@ -197,8 +171,8 @@ function replay.of(walked, description)
 end
 
 --- A replay as text for the page: base64 of zlib of JSON.
-function replay.packed(walked, description)
-  return base64.encode(host.deflate(host.json.encode(replay.of(walked, description))))
+function replay.packed(walked)
+  return base64.encode(host.deflate(host.json.encode(replay.of(walked))))
 end
 
 return replay

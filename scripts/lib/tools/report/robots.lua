@@ -10,7 +10,6 @@ local motion = require "limax.draw.motion"
 local robot = require "limax.robot.robot"
 local runs = require "limax.tools.report.runs"
 local source = require "limax.base.source"
-local vibrations = require "limax.tools.report.vibrations"
 local world = require "limax.draw.picture.world"
 
 local robots = {}
@@ -47,70 +46,30 @@ local function chosen(list)
 end
 
 ---@class limax.report.shown one robot
----@field name string of all champions that are this robot
+---@field name string
 ---@field score string its fitness, and what else the fitness returned
 ---@field walked limax.scored_robot
----@field description limax.robot.description
----@field robot limax.robot
----@field trial integer|nil
 
--- "rules, generation 0 and generation 9"
-local function name_of(picks)
-  local texts, before = {}, nil
-  for k, pick in ipairs(picks) do
-    local title = runs.title(pick.arm, pick.run)
-    texts[k] = ("%sgeneration %d"):format(title == before and "" or title .. ", ",
-      pick.line.generation)
-    before = title
-  end
-  return table.concat(texts, " and ")
-end
-
--- The picks in groups of equal robots. A file that cannot be read is a group of its own.
-local function distinct(picks)
-  local groups, by_key = {}, {}
-  for _, pick in ipairs(picks) do
-    local description = runs.description(pick.run, pick.line)
-    local key = description and host.json.encode { description.voxels, description.weights,
-      description.materials } or {}
-    if not by_key[key] then
-      by_key[key] = {}
-      groups[#groups + 1] = by_key[key]
-    end
-    table.insert(by_key[key], pick)
-  end
-  return groups
-end
-
--- Adds a champion, once for each of its trials.
-local function add(shown, picks, options)
-  local run, line = picks[1].run, picks[1].line
+-- Simulates a champion again, once for each of its trials. `say` gets the reason where it cannot.
+local function add(shown, pick, options)
+  local run, line = pick.run, pick.line
   local fine, walker = failure.attempt(robot, runs.champion(run, line))
   local trials = fine and walker.description.trials
   for k = 1, trials and math.min(#trials, MOST_TRIALS) or 1 do
     local walked, why = nil, not fine and failure.bare(walker)
-    local name = name_of(picks) .. (trials and (", trial %d"):format(k) or "")
+    local name = ("%s, generation %d%s"):format(runs.title(pick.arm, run), line.generation,
+      trials and (", trial %d"):format(k) or "")
     if fine then
       fine, walked, why = failure.attempt(motion.simulate, walker,
         { device = options.device, trial = trials and k })
       if not fine then walked, why = nil, failure.bare(walked) end
     end
     if walked then
-      shown[#shown + 1] = { name = name, score = runs.score_text(run, line), walked = walked,
-        description = walker.description, robot = walker, trial = trials and k }
+      shown[#shown + 1] = { name = name, score = runs.score_text(run, line), walked = walked }
     elseif options.say then
       options.say(("%s is not shown: %s"):format(name, why))
     end
   end
-end
-
---- The champions that a report shows, simulated again; equal ones are shown once. Those that cannot
---- be simulated are left out, and `say` gets the reason.
----@return limax.report.shown[]
-function robots.simulate(list, options)
-  local shown = {}
-  for _, picks in ipairs(distinct(chosen(list))) do add(shown, picks, options) end
-  return shown
 end
 
 local CONTROLS = [[
@@ -121,15 +80,10 @@ local CONTROLS = [[
 <span id="clock">0.00 s</span>
 <label>speed <select id="speed"><option value="0.25">1/4</option><option value="0.5">1/2</option>
 <option value="1" selected>1</option><option value="2">2</option></select></label>
-<label>colours <select id="colours"><option value="material">material</option>
-<option value="strain">strain</option><option value="phase">phase</option></select></label>
-<label><input id="ground" type="checkbox" checked> ground</label>
-<label><input id="trail" type="checkbox" checked> trail</label>
 <label><input id="follow" type="checkbox" checked> follow</label>
 <button type="button" id="reset">reset view</button>
 </div>
-<p class="note">Drag a robot, or press the arrow keys, to turn it. Turn the wheel, spread two
-fingers, or press + and - to zoom. Home, or "reset view", goes back.</p>
+<p class="note">Drag a robot to turn it. Turn the wheel, or spread two fingers, to zoom.</p>
 <p class="note" id="key"></p>
 ]]
 
@@ -141,11 +95,11 @@ local function viewer(shown)
       walked:duration(), walked:speed())
     local words = world.words(world.of(walked.context.scene))
     if words ~= "" then about = about .. "; " .. words end
-    parts[#parts + 1] = ('<div class="view"><h3>%s</h3><canvas tabindex="0" role="img" '
-      .. 'aria-label="%s: %s. Arrow keys turn it, plus and minus zoom, Home resets."></canvas>'
+    parts[#parts + 1] = ('<div class="view"><h3>%s</h3><canvas role="img" aria-label="%s: %s">'
+      .. "</canvas>"
       .. '<p class="note">%s</p><script type="text/plain">%s</script></div>\n'):format(
       html.escaped(each.name), html.escaped(each.name), html.escaped(about), html.escaped(about),
-      replay.packed(walked, each.description))
+      replay.packed(walked))
   end
   parts[#parts + 1] = "</div></div>\n"
   return table.concat(parts)
@@ -154,7 +108,8 @@ end
 --- The section's body and the scripts that it needs.
 ---@return { body: string, scripts: string[] }
 function robots.section(list, options)
-  local shown = robots.simulate(list, options)
+  local shown = {}
+  for _, pick in ipairs(chosen(list)) do add(shown, pick, options) end
   if #shown == 0 then return { body = "", scripts = {} } end
   local strips = {}
   for k, each in ipairs(shown) do
@@ -173,7 +128,6 @@ function robots.section(list, options)
       .. "libjs-three), so robots are shown as film strips only.</p>\n"
   end
   parts[#parts + 1] = html.details("film strips", table.concat(strips), "strips")
-  parts[#parts + 1] = vibrations.section(shown)
   if folder then
     local licence = source.read(folder .. "/three.copyright") or ""
     parts[#parts + 1] = html.details("three.js draws the robots: its licence",

@@ -148,6 +148,20 @@ function runs.arms(folders)
   return list, failure.bare(groups)
 end
 
+--- Each text once, in the order in which they first come.
+---@param texts string[]
+---@return string[]
+function runs.distinct(texts)
+  local list, seen = {}, {}
+  for _, text in ipairs(texts) do
+    if not seen[text] then
+      seen[text] = true
+      list[#list + 1] = text
+    end
+  end
+  return list
+end
+
 --- The generations that a run folder has, and those of a whole run.
 ---@return integer done
 ---@return integer total

@@ -1,5 +1,5 @@
 --- stored.lua: what a run folder holds of archives and objectives: the rows of an archive, the
---- Pareto fronts of some generations, and bodies.
+--- last Pareto front, and bodies.
 
 local archive = require "limax.archive"
 local archived = require "limax.evolution.archived"
@@ -12,8 +12,6 @@ local stored = {}
 
 -- Letters of the bodies of one map: half a megabyte of a page.
 local MOST_LETTERS = 5e5
--- Earlier fronts that are drawn, besides the last.
-local EARLIER = 3
 
 --- A part of a configuration as an experiment names it. Functions of a script are not called here.
 ---@param value any of config.json
@@ -46,12 +44,11 @@ local function robots_of(run, generation)
   return run.folder:rows(run.repetition, generation)
 end
 
--- The rows of an archive at the end; `visit` is called with those after each generation.
-local function replay(run, definition, visit)
+-- The rows of an archive at the end.
+local function replay(run, definition)
   local kept
   for _, line in ipairs(run.lines) do
     kept = archived.replay(kept, definition, line.generation, robots_of(run, line.generation))
-    if visit then visit(line.generation, kept.rows) end
   end
   return kept.rows
 end
@@ -81,15 +78,6 @@ function stored.archive(run)
   return definition, replay(run, definition)
 end
 
--- The generations whose fronts are drawn: some earlier ones and the last.
-local function shown_generations(run)
-  local shown, last = {}, #run.lines
-  for k = 0, EARLIER do
-    shown[run.lines[1 + math.floor((last - 1) * k / EARLIER)].generation] = true
-  end
-  return shown
-end
-
 -- Rows that no other row dominates, by the first objective.
 local function best_of(rows, objectives)
   local list, sorted, firsts = {}, {}, {}
@@ -99,44 +87,25 @@ local function best_of(rows, objectives)
   return sorted
 end
 
--- The scored robots of a generation as rows.
-local function population_rows(run, generation)
-  local rows = {}
+--- The last front of a run with objectives: of its Pareto archive, else of its population.
+---@param run limax.report.run
+---@return limax.measure[]|nil objectives
+---@return limax.archive.row[] rows
+function stored.front(run)
+  local definition = definition_of(run, "archive", archive)
+  if definition and definition.objectives then
+    return definition.objectives, best_of(replay(run, definition), definition.objectives)
+  end
+  local scheme = definition_of(run, "survival", survival)
+  if not scheme or not scheme.objectives then return nil, {} end
+  local generation, rows = run.lines[#run.lines].generation, {}
   for k, robot in ipairs(robots_of(run, generation)) do
     if robot.objectives and robot.fitness then
       rows[#rows + 1] = { id = robot.id, generation = generation, index = k,
         fitness = robot.fitness, objectives = robot.objectives }
     end
   end
-  return rows
-end
-
---- The fronts of some generations of a run with objectives, the last one last: of its Pareto
---- archive, else of its population.
----@param run limax.report.run
----@return limax.measure[]|nil objectives
----@return { generation: integer, rows: limax.archive.row[] }[]
-function stored.fronts(run)
-  local definition = definition_of(run, "archive", archive)
-  local shown, fronts = shown_generations(run), {}
-  local function add(objectives, generation, rows)
-    if shown[generation] then
-      fronts[#fronts + 1] = { generation = generation, rows = best_of(rows, objectives) }
-    end
-  end
-  if definition and definition.objectives then
-    replay(run, definition, function(generation, rows)
-      add(definition.objectives, generation, rows)
-    end)
-    return definition.objectives, fronts
-  end
-  local scheme = definition_of(run, "survival", survival)
-  if not scheme or not scheme.objectives then return nil, {} end
-  for _, line in ipairs(run.lines) do
-    add(scheme.objectives, line.generation,
-      shown[line.generation] and population_rows(run, line.generation) or {})
-  end
-  return scheme.objectives, fronts
+  return scheme.objectives, best_of(rows, scheme.objectives)
 end
 
 return stored

@@ -3,8 +3,6 @@
 "use strict";
 (function () {
   const byId = (id) => document.getElementById(id);
-  const GREY = new THREE.Color("#b9bdc2");
-  const HELD = "#26282b";
   const TRAIL = "#c0392b";
   // what the colours of the world are multiplied with on a dark page
   const DIM = "#5c5f66";
@@ -28,53 +26,13 @@
     return replay;
   }
 
-  // ---- colours ----
-
-  const mix = (from, to, share) => new THREE.Color(from).lerp(new THREE.Color(to), share);
-
-  const KEYS = {
-    strain: "strain of a face's edges: blue 20 % shorter than at rest, grey at rest, orange 20 % longer",
-    phase: "phase of the muscles: one turn of hues is one turn of the phase; grey is not a muscle",
-  };
-
-  const faceColor = {
-    material: ({ replay }, face) => new THREE.Color(replay.colors[replay.materials[face]]),
-    phase: ({ replay }, face) => replay.phases[face] < 0 ? GREY
-      : new THREE.Color().setHSL((replay.phases[face] / (2 * Math.PI)) % 1, 0.65, 0.55),
-    strain({ replay, shape }, face) {
-      // the block is rigid
-      if (replay.corners[face * 4] >= replay.body) return GREY;
-      let sum = 0;
-      for (let k = 0; k < 4; ++k) {
-        const a = (face * 4 + k) * 3;
-        const b = (face * 4 + ((k + 1) % 4)) * 3;
-        sum += Math.hypot(shape[a] - shape[b], shape[a + 1] - shape[b + 1], shape[a + 2] - shape[b + 2]) / replay.edge - 1;
-      }
-      const strain = Math.max(-1, Math.min(1, sum / 4 / 0.2));
-      return mix("#c9cdd2", strain < 0 ? "#0072b2" : "#d55e00", Math.abs(strain));
-    },
-  };
-
-  function paint(view) {
-    const colors = view.mesh.geometry.attributes.color;
-    for (let face = 0; face < view.replay.materials.length; ++face) {
-      const color = faceColor[byId("colours").value](view, face);
-      for (let k = 0; k < 4; ++k) colors.setXYZ(face * 4 + k, color.r, color.g, color.b);
-    }
-    colors.needsUpdate = true;
-    view.dirty = true;
-  }
-
+  // The names of the colours.
   function showKey() {
-    const mode = byId("colours").value;
     const names = new Map();
-    for (const { replay } of mode === "material" ? views : []) {
+    for (const { replay } of views) {
       replay.materials.forEach((k) => names.set(replay.names[k], replay.colors[k]));
-      if (replay.held) names.set("held", HELD);
       if (replay.world.obstacle) names.set("obstacle", replay.world.obstacle);
-      for (const flow of replay.world.flows || []) names.set(flow.label, flow.hex);
     }
-    byId("key").textContent = KEYS[mode] || "";
     for (const [name, hex] of names) {
       const word = document.createElement("span");
       const mark = document.createElement("span");
@@ -124,22 +82,6 @@
       new THREE.LineSegments(geometry(...lists.line), new THREE.LineBasicMaterial({ vertexColors: true }))];
   }
 
-  // Arrows for wind and current, side by side above a body that reaches `reach` metres from its middle. An arrow is as
-  // long as the distance that the flow moves in a tenth of a second, within shares of the reach.
-  function flowsOf({ flows = [], up }, reach) {
-    // to the right of the camera when a page is opened
-    const right = new THREE.Vector3(3.4, 2.2, 0).normalize();
-    return flows.map((flow, k) => {
-      const velocity = new THREE.Vector3(...flow.velocity);
-      const length = Math.min(Math.max(velocity.length() * 0.1, 0.4 * reach), 0.9 * reach);
-      const at = new THREE.Vector3(...up).addScaledVector(right, k - (flows.length - 1) / 2).multiplyScalar(1.1 * reach);
-      const way = velocity.normalize();
-      const arrow = new THREE.ArrowHelper(way, at.addScaledVector(way, -length / 2), length, flow.hex, 0.25 * reach, 0.14 * reach);
-      arrow.name = flow.name;
-      return arrow;
-    });
-  }
-
   // The middle of the body at each sample.
   function pathOf({ samples, masses, body, positions }) {
     const path = new Float32Array(samples * 3);
@@ -149,20 +91,13 @@
     return path;
   }
 
-  // How far the eye rises with the body: not where there is ground, else with the mean of the body over half a second.
-  function riseAt({ replay, path }, sample) {
-    if (replay.world.ground) return 0;
-    const around = Math.round(replay.rate / 4);
-    const first = Math.max(0, sample - around);
-    const last = Math.min(replay.samples - 1, sample + around);
-    let sum = 0;
-    for (let k = first; k <= last; ++k) sum += path[k * 3 + 2];
-    return sum / (last - first + 1) - path[2];
-  }
-
   function bodyOf(view) {
-    const faces = view.replay.materials.length;
-    const shape = geometry(faces * 12, faces * 12);
+    const { materials, colors } = view.replay;
+    const faces = materials.length;
+    const shape = geometry(faces * 12, materials.flatMap((k) => {
+      const color = new THREE.Color(colors[k]).toArray();
+      return [...color, ...color, ...color, ...color];
+    }));
     view.shape = shape.attributes.position.array;
     const triangles = [];
     const edges = [];
@@ -212,23 +147,14 @@
     view.sun = sunOf(reachOf(view));
     view.world.add(...bodyOf(view), view.trail, view.ground, view.sun, view.sun.target);
     view.world.position.set(-path[0], -path[1], 0);
-    if (replay.held) {
-      const places = replay.held.flatMap((mass) => Array.from(replay.positions.slice(mass * 3, mass * 3 + 3)));
-      const dots = { color: HELD, size: 7 * window.devicePixelRatio, sizeAttenuation: false };
-      view.world.add(new THREE.Points(geometry(places), new THREE.PointsMaterial(dots)));
-    }
     view.world.traverse((thing) => { thing.frustumCulled = false; });
 
     // as far away as the body is large
     const reach = reachOf(view);
-    // the flows follow the camera's target
-    view.flows = new THREE.Group();
-    view.flows.position.set(0, 0, path[2]);
-    for (const arrow of flowsOf(replay.world, reach)) view.flows.add(arrow);
     // up is against gravity, so that a slope is seen as one
     view.tilt = new THREE.Group();
     view.tilt.quaternion.setFromUnitVectors(new THREE.Vector3(...replay.world.up), new THREE.Vector3(0, 0, 1));
-    view.tilt.add(view.world, view.flows);
+    view.tilt.add(view.world);
     view.scene = new THREE.Scene();
     view.scene.add(view.tilt, new THREE.AmbientLight(0xffffff, 0.58));
 
@@ -248,28 +174,6 @@
     view.controls.update();
     view.controls.saveState();
     view.controls.addEventListener("change", () => { view.dirty = true; });
-    view.canvas.addEventListener("keydown", (event) => turn(view, event));
-  }
-
-  // Turns the camera around its target, zooms, or takes it back to its first place.
-  function turn(view, event) {
-    if (event.key === "Home") {
-      event.preventDefault();
-      view.controls.reset();
-      return;
-    }
-    const around = { ArrowLeft: -0.1, ArrowRight: 0.1 }[event.key] || 0;
-    const over = { ArrowUp: -0.1, ArrowDown: 0.1 }[event.key] || 0;
-    const zoom = { "+": 1 / 1.1, "=": 1 / 1.1, "-": 1.1 }[event.key] || 1;
-    if (around === 0 && over === 0 && zoom === 1) return;
-    event.preventDefault();
-    view.camera.position.sub(view.controls.target);
-    // three.js counts these angles from y
-    const at = new THREE.Spherical().setFromVector3(view.camera.position.applyAxisAngle(new THREE.Vector3(1, 0, 0), -Math.PI / 2));
-    const { minPolarAngle, maxPolarAngle } = view.controls;
-    at.set(at.radius * zoom, Math.min(Math.max(at.phi + over, minPolarAngle), maxPolarAngle), at.theta + around);
-    view.camera.position.setFromSpherical(at).applyAxisAngle(new THREE.Vector3(1, 0, 0), Math.PI / 2).add(view.controls.target);
-    view.controls.update();
   }
 
   // The shape at the time of the clock, straight between two samples.
@@ -291,8 +195,9 @@
     view.sun.target.position.fromArray(path, first * 3);
     view.sun.position.copy(view.sun.target.position).add(view.sun.userData.from);
     // the world moves and the camera does not: the same moment is the same picture, whatever was shown before
-    if (byId("follow").checked) view.world.position.set(-path[first * 3], -path[first * 3 + 1], -riseAt(view, first));
-    paint(view);
+    const [x, y, z] = path.subarray(first * 3, first * 3 + 3);
+    if (byId("follow").checked) view.world.position.set(-x, -y, replay.world.ground ? 0 : path[2] - z);
+    view.dirty = true;
   }
 
   function draw(view) {
@@ -340,14 +245,6 @@
     requestAnimationFrame(tick);
   }
 
-  // What each control changes in a view.
-  const CONTROLS = {
-    colours: paint,
-    ground(view) { view.ground.visible = view.flows.visible = byId("ground").checked; },
-    trail(view) { view.trail.visible = byId("trail").checked; },
-    follow: pose,
-  };
-
   async function start() {
     const panel = document.querySelector(".robots");
     try {
@@ -369,10 +266,7 @@
     byId("play").addEventListener("click", () => play(!state.playing));
     byId("reset").addEventListener("click", () => views.forEach((view) => view.controls.reset()));
     byId("time").addEventListener("input", () => { play(false); show(Number(byId("time").value)); });
-    for (const [id, change] of Object.entries(CONTROLS)) {
-      byId(id).addEventListener("change", () => { views.forEach(change); redraw(); });
-    }
-    byId("colours").addEventListener("change", showKey);
+    byId("follow").addEventListener("change", () => views.forEach(pose));
     // the background follows the page
     dark.addEventListener("change", redraw);
     // film strips are for readers without 3D, and for paper
