@@ -37,8 +37,8 @@ return {
   summary = "a prompt for Lua",
   usage = "limax repl [options] [FILE.lua ...]",
   text = "Type an expression to see its value, or a statement; an incomplete one continues after\n"
-    .. "`..`. A trailing ; mutes. Names need no `local`. `_` is the last value, `_1` the one\n"
-    .. "before. `limax` is loaded; ?name describes a name, ? lists all topics. Tab completes.\n"
+    .. "`..`. A trailing ; mutes. Names need no `local`. `_` is the last value.\n"
+    .. "`limax` is loaded; ?name describes a name, ? lists all topics. Tab completes.\n"
     .. "Files run first; their names remain defined, and the return value of the last one is `_`.\n"
     .. "Ctrl-C interrupts.\n\n"
     .. "`limax repl < FILE`, or a pipe, runs lines as if they were typed, without a prompt; the\n"

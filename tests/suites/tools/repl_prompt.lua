@@ -158,25 +158,6 @@ suite:test("completions", function(t)
   t:equal(found "mine:", "act deed")
   t:equal(found "walker:", "begin edit modes replay save simulate table")
   t:equal(found "walker.bo", "body")
-  t:equal(found "walker:simulate { duration = 1, scene = { grav", "gravity = ")
-  t:equal(found "walker:simulate { scene = { ground = { sti", "stiffness = ")
-  -- over several lines, after other entries, without those that are assigned
-  t:equal(found "limax.experiment {\n  fitness = 'walk',\n  breeding = { mutation_rate = 0.1, mut",
-    "mutation_scale = ")
-  t:equal(found 'walker:simulate { accuracy = "pre', "preview")
-  t:equal(found "robot:distance { ax", "axis = ")
-  t:equal(found "limax.scenes.slope { an", "anchors =  angle = ")
-  t:equal(found "compare(walker, 'cpu', { prec", "precision = ")
-  t:equal(found "limax.robot { fit", "")
-  t:equal(found "limax.start(walker, devi", "")
-  -- words of a field, an argument or a trace
-  t:equal(found 'limax.experiment { fitness = "wal', "walk")
-  t:equal(found 'limax.experiment { supervisor = { "sched', "schedule")
-  t:equal(found 'limax.experiment { simulation = { integrator = "leap', "leapfrog")
-  t:equal(found 'compare(walker, "cu', "cuda")
-  environment.walked = environment.walker:simulate { duration = 0.1, settle = 0,
-    record = { strain = 20, contact = 20 } }
-  t:equal(found 'walked:trace "', "contact strain")
   t:equal(found "?undersamp", "undersampled")
   t:equal(found "?limax.robo", "robot")
   t:equal(found "string.for", "format")

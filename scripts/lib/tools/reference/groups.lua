@@ -23,17 +23,15 @@ local groups = {
       "scripts/lib/tools/repl/compare.lua", "scripts/lib/tools/repl/evolve.lua",
       "scripts/lib/tools/repl/picture.lua" },
     stage = ROBOT .. "\nrun = evolve(" .. SMALL .. ", 1)",
-    text = "Words of `limax repl`. `_` is the last value, `_1` to `_9` those before; a trailing "
-      .. "`;` mutes; `?name` is help.",
+    text = "Words of `limax repl`. `_` is the last value; a trailing `;` mutes; `?name` is help.",
     examples = [[
 who  who()
-time  time(robot:simulate { duration = 0.1 })
+time  time "robot:simulate { duration = 0.1 }"
 plot=plot.plot  plot { 1, 4, 9, 16 }
 compare=compare.compare  compare(robot, "cpu", { device = "cpu", precision = "double" })
 evolve=evolve.evolve  evolve(run, 1)
 champion=evolve.champion  champion(run)
 picture=picture.picture  picture(robot, "robot.svg", { duration = 0.2 })
-reload  reload "limax.scenes"
 follow  follow "mine.lua"
 ]] },
   { title = "limax", text = 'What `require "limax"` gives.', class = "limax", prefix = "limax.",

@@ -2,8 +2,6 @@
 --- measures. SI units.
 
 local choice = require "limax.base.choice"
-local engine = require "limax.engine"
-local failure = require "limax.base.failure"
 local host = require "limax.host"
 local robots = require "limax.robot.robot"
 local schema = require "limax.engine.schema"
@@ -26,21 +24,6 @@ local function side(name, wish, common)
   end
   table.sort(parts)
   return options, table.concat(parts, ", ")
-end
-
--- Reports an unavailable device before anything is simulated, with alternatives.
-local function check_device(name)
-  if type(name) ~= "string" then return end
-  local available, device = failure.attempt(engine.device, name)
-  if available then
-    device:free()
-  elseif name == "cuda" then
-    local reason = failure.bare(device):gsub("^[^\n:]+:%d+: ", ""):gsub("; use 'cpu' or .-$", "")
-    engine.fail(("compare: %s. Compare two settings of the CPU, such as compare(robot, \"cpu\", "
-      .. "{ precision = \"double\" }); limax doctor reports what CUDA needs"):format(reason))
-  else
-    error(device, 0)
-  end
 end
 
 -- How a simulation ended, and name, unit and value of each measure.
@@ -78,8 +61,6 @@ function compare.compare(robot, first, second, options)
   if scored_robot.is(robot) then robot = robots.new(robot) end
   local of_first, first_title = side("first", first, options)
   local of_second, second_title = side("second", second, options)
-  check_device(of_first.device)
-  check_device(of_second.device)
   local first_status, left = measures(robot, of_first)
   local second_status, right = measures(robot, of_second)
   local rows, differences = { { "status", first_status, second_status, "" } }, {}

@@ -1,12 +1,11 @@
---- complete.lua: completion with Tab: names, fields, methods after `:`, the options of a public
---- function inside its table, and file names inside strings.
+--- complete.lua: completion with Tab: names, fields, methods after `:`, and file names inside
+--- strings.
 
 local api = require "limax.tools.reference.api"
 local host = require "limax.host"
 local kind = require "limax.tools.repl.kind"
 local names = require "limax.tools.repl.names"
 local terminal = require "limax.base.terminal"
-local tokens = require "limax.tools.repl.tokens"
 
 local complete = {}
 
@@ -34,12 +33,10 @@ local function value_of(path)
     name = tonumber(name) or name
     if value == nil then
       value = names.get(name)
-    elseif type(value) == "table" then
+    else
       local within = value
       local fine, found = pcall(function() return within[name] end)
-      value = fine and found or nil
-    else
-      return nil
+      value = fine and type(within) == "table" and found or nil
     end
     if value == nil then return nil end
   end
@@ -58,102 +55,6 @@ local function members(path, separator)
   return list
 end
 
--- ---- inside a call ------------------------------------------------------------------------------
-
-local closing = { [")"] = true, ["}"] = true, ["]"] = true }
-local opening = { ["("] = true, ["{"] = true, ["["] = true }
-
--- The dotted name that ends at token i.
-local function path_ending(list, i)
-  local parts = {}
-  while list[i] and list[i].kind == "name" do
-    table.insert(parts, 1, list[i].text)
-    local joint = list[i - 1]
-    if not (joint and (joint.text == "." or joint.text == ":")) then break end
-    table.insert(parts, 1, joint.text)
-    i = i - 2
-  end
-  return table.concat(parts)
-end
-
--- The open brackets, the innermost last, each with the number of commas after it and the names that
--- are assigned in it.
-local function open_brackets(list)
-  local open = {}
-  for i, token in ipairs(list) do
-    local inner = open[#open]
-    if opening[token.text] and token.kind == "symbol" then
-      open[#open + 1] = { at = i, text = token.text, commas = 0, taken = {} }
-    elseif closing[token.text] and token.kind == "symbol" then
-      open[#open] = nil
-    elseif inner then
-      if token.text == "," then inner.commas = inner.commas + 1 end
-      local assigned = token.kind == "name" and list[i + 1] and list[i + 1].text == "="
-      if assigned then inner.taken[token.text] = true end
-    end
-  end
-  return open
-end
-
--- The place after the last token: the path of the function that is called, the number of the
--- argument, the keys of the tables in it, whether it is in a table, and the names that are assigned
--- there.
-local function place_of(list)
-  local last, open = list[#list], open_brackets(list)
-  local level, keys = #open, {}
-  local inner = open[level] or { taken = {} }
-  local place = { argument = 1, keys = keys, taken = inner.taken, in_table = inner.text == "{" }
-  if last and last.kind == "name" then
-    place.path = path_ending(list, #list)
-    return place
-  end
-  if last and last.text == "=" then keys[1] = list[#list - 1] and list[#list - 1].text end
-  local called -- the token of the bracket or table that begins the arguments
-  while open[level] and open[level].text == "{" do
-    called = open[level].at
-    local before = list[called - 1] and list[called - 1].text
-    level = level - 1
-    if before ~= "=" then break end
-    table.insert(keys, 1, list[called - 2] and list[called - 2].text or "")
-    called = nil
-  end
-  local before = called and list[called - 1] and list[called - 1].text
-  local outer = open[level]
-  if outer and outer.text == "(" and (not called or before == "(" or before == ",") then
-    called, place.argument = outer.at, outer.commas + 1
-  end
-  place.path = called and path_ending(list, called - 1) or ""
-  return place
-end
-
--- The public function of a typed path: a method of the object, or a function of that name.
-local function function_of(path)
-  local base, short = path:match "^(.-)[.:]([^.:]+)$"
-  local class = base and kind.of(value_of(base))
-  for _, entry in ipairs(api.entries()) do
-    if entry.doc and (class and entry.group.class == class and entry.short == short
-      or not class and entry.name:gsub(":", ".") == path:gsub(":", ".")) then
-      return entry
-    end
-  end
-end
-
--- The parameter or the field of a table at a place, with its type and fields, and the function.
-local function value_at(place)
-  local entry = place.path ~= "" and function_of(place.path)
-  local name = entry and entry.doc.arguments[place.argument]
-  if not name then return nil end
-  local param = entry.doc.param[name]
-  local value = { type = param and param.type, fields = api.options(entry, name) }
-  for _, key in ipairs(place.keys) do
-    value = value.fields and api.named(value.fields, key)
-    if not value then return nil end
-  end
-  return value, entry
-end
-
--- ---- inside a string ----------------------------------------------------------------------------
-
 local function files_at(typed)
   local folder, beginning = typed:match "^(.*/)([^/]*)$"
   beginning = beginning or typed
@@ -168,51 +69,23 @@ local function files_at(typed)
   return list
 end
 
--- The words of a type such as `"cpu"|"cuda"`; of a robot's trace the recorded ones.
-local function words_at(place)
-  local value, entry = value_at(place)
-  local words = {}
-  if entry and entry.name == "robot:trace" then
-    local robot = value_of(place.path:match "^(.*)[.:]")
-    local rates = kind.of(robot) == "limax.scored_robot" and robot.context.options.record or {}
-    for name, rate in pairs(rates) do words[#words + 1] = rate > 0 and name or nil end
-  elseif value and value.type and not value.type:find("{", 1, true) then
-    for word in value.type:gmatch '"([^"]*)"' do words[#words + 1] = word end
-  end
-  return words
+-- The beginning of a string that the last line does not end; nil outside a string.
+local function open_string(text)
+  local line = text:match "[^\n]*$"
+  local quote, typed = line:match "([\"'])([^\"']*)$"
+  local _, count = line:gsub(quote or "%z", "")
+  return count % 2 == 1 and typed or nil
 end
-
--- ---- the edit -----------------------------------------------------------------------------------
 
 -- The candidates for the last word, and that word.
 local function candidates(text)
-  local list = tokens.of(text)
-  local last = list[#list]
-  if last and last.kind == "comment" and last.last == #text then return {}, "" end
-  if last and last.open then
-    local typed = last.text:match "^[\"'](.*)$"
-    if last.kind ~= "string" or not typed then return {}, "" end
-    list[#list] = nil
-    local words = words_at(place_of(list))
-    return #words > 0 and words or files_at(typed), typed
-  end
+  local file = open_string(text)
+  if file then return files_at(file), file end
   local path = text:match "[%a_][%w_%.:%[%]]*$" or ""
   local base, separator, word = path:match "^(.*)([.:])([%w_]*)$"
   if path:match "%.%.[%w_]*$" then return {}, "" end
   if base then return members(base, separator), word end
-  if path:find("[", 1, true) then path = path:match "[%w_]*$" end
-  if path ~= "" then list[#list] = nil end
-  local before = list[#list]
-  if before and (before.text == "{" or before.text == ",") then
-    local place, words = place_of(list), {}
-    local value = place.in_table and value_at(place)
-    for _, option in ipairs(value and value.fields or {}) do
-      local matches = option.name:sub(1, #path) == path
-      if matches and not place.taken[option.name] then words[#words + 1] = option.name .. " = " end
-    end
-    if #words > 0 then return words, path end
-  end
-  return names.all(), path
+  return names.all(), path:match "[%w_]*$"
 end
 
 local function common(list)
@@ -227,7 +100,7 @@ end
 local function columns(list)
   local shown, widest = {}, 0
   for i, word in ipairs(list) do
-    shown[i] = word:gsub(" = $", ""):gsub("^.*/(.)", "%1")
+    shown[i] = word:gsub("^.*/(.)", "%1")
     widest = math.max(widest, terminal.width(shown[i]))
   end
   local across = math.max(1, math.floor((terminal.style().width + 1) / (widest + 2)))
@@ -249,9 +122,7 @@ function complete.words(text)
   local topic = text:match "^%s*%?%s*([%a_][%w_]*)$"
   local all, typed = candidates((text:gsub("^%s*%?%s*", "")))
   -- help also finds public names by their last part
-  if topic then
-    for _, entry in ipairs(api.entries()) do all[#all + 1] = entry.short end
-  end
+  for _, entry in ipairs(topic and api.entries() or {}) do all[#all + 1] = entry.short end
   local list, seen = {}, {}
   for _, word in ipairs(all) do
     -- names that begin with _ are private

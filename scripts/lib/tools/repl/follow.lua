@@ -32,8 +32,9 @@ end
 ---@return any ... what it returns
 function follow.run(path) return compiled(path)() end
 
---- Copies a reloaded module into its old table, so that references to it see the change.
-function follow.renew(old, new)
+-- Copies the table that a script returned into the one that it returned before, so that references
+-- to it see the change.
+local function renew(old, new)
   if type(old) ~= "table" or type(new) ~= "table" or rawequal(old, new) then return new end
   for key in pairs(old) do
     if rawget(new, key) == nil then rawset(old, key, nil) end
@@ -74,7 +75,7 @@ end
 -- Runs a followed file again; after an error its old value remains.
 local function again(entry)
   local fine, value, trace = host.protect(function()
-    return follow.renew(entry.value, follow.run(entry.path))
+    return renew(entry.value, follow.run(entry.path))
   end)
   if fine then
     entry.value = value

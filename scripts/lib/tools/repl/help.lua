@@ -5,8 +5,6 @@ local api = require "limax.tools.reference.api"
 local choice = require "limax.base.choice"
 local experiment_fields = require "limax.tools.reference.experiment_fields"
 local failure = require "limax.base.failure"
-local kind = require "limax.tools.repl.kind"
-local names = require "limax.tools.repl.names"
 local output = require "limax.base.output"
 local suggest = require "limax.engine.suggest"
 local terminal = require "limax.base.terminal"
@@ -105,18 +103,6 @@ local function add_field_pages(pages, topic, list, path)
   end
 end
 
--- The page of a typed name whose value is of one of limax's classes, or of its method or field.
-local function pages_of_value(topic)
-  local name, rest = topic:match "^([%a_][%w_]*)[.:]?(.*)$"
-  local group = name and api.group_of(kind.of(names.get(name)))
-  local pages = {}
-  if group and rest == "" then return { group_page(topic, group) } end
-  for _, entry in ipairs(group and group.list or {}) do
-    if entry.short == rest then pages[#pages + 1] = help.page(entry) end
-  end
-  return pages
-end
-
 -- Is the topic a class, with or without "limax."?
 local function names_class(topic, class)
   return class ~= nil and (class == topic or class == "limax." .. topic)
@@ -124,8 +110,7 @@ end
 
 --- The pages about a topic.
 function help.pages(topic)
-  local pages = pages_of_value(topic)
-  if #pages > 0 then return pages end
+  local pages = {}
   for i, entry in ipairs(api.find(topic)) do pages[i] = help.page(entry) end
   for _, group in ipairs(api.groups()) do
     if group.prefix == topic .. "." or names_class(topic, group.class)
@@ -142,9 +127,6 @@ function help.pages(topic)
       add_fields(lines, tables[name].fields)
       pages[#pages + 1] = table.concat(lines, "\n")
     end
-  end
-  if #pages == 0 and topic:match "^_%d?$" then
-    pages[1] = "_ is the last value that was shown, _1 the one before it, up to _9."
   end
   return pages
 end

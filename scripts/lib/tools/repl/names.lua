@@ -1,6 +1,5 @@
 --- names.lua: the names that are visible at the prompt: its own, which no module sees, the prompt's
---- words, `limax`, and the locked globals. `_` is the last value, `_1` the one before it, up to
---- `_9`.
+--- words, `limax`, and the locked globals. `_` is the last value.
 
 local suggest = require "limax.engine.suggest"
 
@@ -16,14 +15,10 @@ local HINTS = { exit = "Ctrl-D ends", quit = "Ctrl-D ends",
 -- Lua's own, which are locked
 local globals = getmetatable(_G).__index
 
--- number of values that are kept before the last one
-local KEPT = 9
-
 -- defined at the prompt
 local own = {}
 -- may be read although nothing was assigned
 local declared = { _ = true }
-for k = 1, KEPT do declared["_" .. k] = true end
 
 -- Names among the keys of some tables, sorted.
 local function sorted(tables)
@@ -52,23 +47,18 @@ function names.get(name)
 end
 
 --- Stores a value that was shown as `_`.
-function names.remember(value)
-  -- showing it again does not shift the others
-  if rawequal(value, rawget(own, "_")) then return end
-  for k = KEPT, 2, -1 do own["_" .. k] = rawget(own, "_" .. k - 1) end
-  own._1, own._ = rawget(own, "_"), value
-end
+function names.remember(value) own._ = value end
 
 --- Names that may be read although nothing was assigned: `local x`.
 function names.declare(list)
   for _, name in ipairs(list) do declared[name] = true end
 end
 
---- The names that were defined, sorted, without those of the last values.
+--- The names that were defined, sorted, without `_`.
 function names.typed()
   local list = {}
   for _, name in ipairs(sorted { own }) do
-    if not name:match "^_%d?$" then list[#list + 1] = name end
+    if name ~= "_" then list[#list + 1] = name end
   end
   return list
 end

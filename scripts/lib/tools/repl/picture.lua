@@ -1,25 +1,23 @@
 --- picture.lua: writes a robot as an SVG file: six poses of its simulation, or the current pose of
---- a robot in motion; and starts a program that shows the file.
+--- a robot in motion.
 
 local engine = require "limax.engine"
 local host = require "limax.host"
 local kind = require "limax.tools.repl.kind"
 local motion = require "limax.draw.motion"
-local output = require "limax.base.output"
 local robots = require "limax.robot.robot"
 local schema = require "limax.engine.schema"
 local scored_robot = require "limax.robot.scored_robot"
 local sheet = require "limax.draw.sheet"
-local shell = require "limax.base.shell"
 local view = require "limax.draw.picture.view"
 
 local picture = {}
 
 local STILL = 800 -- px, the width of one pose
 
-local of_pose = schema.fields { open = schema.any, title = schema.any }
-local of_walk = schema.fields { device = schema.any, duration = schema.any, open = schema.any,
-  scene = schema.any, title = schema.any, trial = schema.any }
+local of_pose = schema.fields { title = schema.any }
+local of_walk = schema.fields { device = schema.any, duration = schema.any, scene = schema.any,
+  title = schema.any, trial = schema.any }
 
 -- The first free name in this folder.
 local function free_name()
@@ -36,28 +34,12 @@ local function draw_pose(path, moving, title)
   return host.file.write_atomic(path, drawn)
 end
 
--- Starts a program that shows a file: BROWSER, else that of the desktop.
-local function show(path)
-  -- BROWSER may be a list
-  for _, name in ipairs { (os.getenv "BROWSER" or ""):match "^[^:]*", "xdg-open", "open" } do
-    local word = name:match "^%S+"
-    local is_there = word
-      and os.execute(("command -v %s >/dev/null 2>&1"):format(shell.quoted(word))) == 0
-    if is_there then
-      os.execute(("%s %s >/dev/null 2>&1 </dev/null &"):format(name, shell.quoted(path)))
-      return
-    end
-  end
-  output.write("found no program to show it (BROWSER or xdg-open)\n")
-end
-
 --- Simulates a robot and writes six poses as an SVG file; of a robot in motion it writes the
---- current pose. Returns the path; `open = true` shows the file with BROWSER or the desktop's
---- viewer.
+--- current pose. Returns the path.
 ---@param robot limax.robot|limax.scored_robot|limax.robot_in_motion
 ---@param file? string the first free name of picture-1.svg, picture-2.svg, ... if absent
 ---@param options? { duration?: number, scene?: table, trial?: integer, device?: string,
---- title?: string, open?: boolean } s
+--- title?: string } s
 ---@return string path
 function picture.picture(robot, file, options)
   local moving = kind.of(robot) == "limax.robot_in_motion"
@@ -77,7 +59,6 @@ function picture.picture(robot, file, options)
   local draw = moving and draw_pose or sheet.write_film_strip
   local drawn, message = draw(path, robot, moving and options.title or options)
   if not drawn then engine.fail("picture: " .. message) end
-  if options.open then show(path) end
   return path
 end
 

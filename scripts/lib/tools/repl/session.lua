@@ -25,16 +25,10 @@ local function line_of(text, message, first)
   return ""
 end
 
--- An explanation of some messages of Lua.
-local function hint_of(message)
-  if message == "stack overflow" then return ": a recursion does not end" end
-  return ""
-end
-
 local function report(text, message, trace, first_line)
   io.stdout:flush()
   local first, frames = failure.text(message, trace):match "^([^\n]*)(.*)$"
-  output.warn(first, hint_of(first), line_of(text, message, first_line), frames, "\n")
+  output.warn(first, line_of(text, message, first_line), frames, "\n")
 end
 
 -- Calls a function of a typed text and reports its error: false after one, with the interrupt if it

@@ -1,103 +1,62 @@
---- tokens.lua: splits Lua text into tokens, for a top-level `local` at the prompt, `time(...)` and
---- completion.
+--- tokens.lua: the tokens of Lua text that compiles, and with them a top-level `local` of the
+--- prompt.
 
 local tokens = {}
 
-local keywords = {}
+local KEYWORDS = {}
 for word in ([[and break do else elseif end false for function goto if in local nil not or repeat
   return then true until while]]):gmatch "%a+" do
-  keywords[word] = true
+  KEYWORDS[word] = true
 end
 
--- operators of several letters, the longest first
-local long = { "...", "..", "==", "~=", "<=", ">=", "::" }
-
 ---@class limax.repl.token
----@field kind "name"|"keyword"|"number"|"string"|"comment"|"symbol"
+---@field kind "name"|"keyword"|"other"
 ---@field text string
 ---@field first integer position in the text
 ---@field last integer
----@field open boolean|nil an unfinished string or comment
 
--- The end of a short string that begins at `at`; nil if it is unfinished.
-local function short_end(text, at)
-  local quote, i = text:sub(at, at), at + 1
-  while i <= #text do
-    local letter = text:sub(i, i)
-    if letter == "\\" then
-      i = i + 1
-    elseif letter == quote then
-      return i
-    elseif letter == "\n" then
-      return nil
-    end
-    i = i + 1
-  end
+-- The end of a string in quotes that begins at `at`.
+local function quoted_end(text, at)
+  local stops = "[\\" .. text:sub(at, at) .. "]"
+  local found = text:find(stops, at + 1)
+  while found and text:sub(found, found) == "\\" do found = text:find(stops, found + 2) end
+  return found or #text
 end
 
--- The end of a long bracket at `at`; false if there is none, nil if it is unfinished.
-local function long_end(text, at)
-  local level = text:match("^%[(=*)%[", at)
-  if not level then return false end
-  local _, last = text:find("]" .. level .. "]", at, true)
-  return last
-end
-
+-- Kind and end of the token at `at`; operators are single letters here.
 local function take(text, at)
-  local letter = text:sub(at, at)
   local last = select(2, text:find("^[%a_][%w_]*", at))
-  if last then
-    local word = text:sub(at, last)
-    return keywords[word] and "keyword" or "name", last
+  if last then return KEYWORDS[text:sub(at, last)] and "keyword" or "name", last end
+  local is_comment = text:sub(at, at + 1) == "--"
+  local level = text:match("^%[(=*)%[", is_comment and at + 2 or at)
+  if level then
+    last = select(2, text:find("]" .. level .. "]", at, true)) or #text
+  elseif is_comment then
+    last = (text:find("\n", at, true) or #text + 1) - 1
+  elseif text:find("^[\"']", at) then
+    last = quoted_end(text, at)
+  else
+    last = select(2, text:find("^%d[%w_.]*", at)) or at
   end
-  last = select(2, text:find("^%.?%d[%w_.]*", at))
-  if last then
-    -- the sign of an exponent belongs to the number
-    if text:sub(last, last):match "[eE]" and not text:match("^0[xX]", at) then
-      last = select(2, text:find("^[+-]%d*", last + 1)) or last
-    end
-    return "number", last
-  end
-  if letter == "'" or letter == '"' then return "string", short_end(text, at) end
-  if text:sub(at, at + 1) == "--" then
-    last = long_end(text, at + 2)
-    if last ~= false then return "comment", last end
-    return "comment", (text:find("\n", at, true) or #text + 1) - 1
-  end
-  last = long_end(text, at)
-  if last ~= false then return "string", last end
-  for _, each in ipairs(long) do
-    if text:sub(at, at + #each - 1) == each then return "symbol", at + #each - 1 end
-  end
-  return "symbol", at
+  return is_comment and "comment" or "other", last
 end
 
---- The tokens of a text, without blanks.
+--- The tokens of a text, without comments.
+---@return limax.repl.token[]
 function tokens.of(text)
-  local list, at = {}, 1
-  while true do
-    at = text:find("%S", at)
-    if not at then return list end
+  local list, at = {}, text:find "%S"
+  while at do
     local kind, last = take(text, at)
-    local open = last == nil or nil
-    last = last or #text
-    list[#list + 1] = { kind = kind, text = text:sub(at, last), first = at, last = last,
-      open = open }
-    at = last + 1
+    if kind ~= "comment" then
+      list[#list + 1] = { kind = kind, text = text:sub(at, last), first = at, last = last }
+    end
+    at = text:find("%S", last + 1)
   end
-end
-
---- The tokens without comments.
-function tokens.of_code(text)
-  local code = {}
-  for _, token in ipairs(tokens.of(text)) do
-    if token.kind ~= "comment" then code[#code + 1] = token end
-  end
-  return code
+  return list
 end
 
 -- change of the depth of blocks at a keyword; `while` and `for` count with their `do`
-local deeper = { ["function"] = 1, ["do"] = 1, ["if"] = 1, ["repeat"] = 1, ["end"] = -1,
+local DEEPER = { ["function"] = 1, ["do"] = 1, ["if"] = 1, ["repeat"] = 1, ["end"] = -1,
   ["until"] = -1 }
 
 -- The names after `local` at token i, the end of the last one, and whether values follow.
@@ -117,26 +76,24 @@ end
 ---@return string
 ---@return string[] names
 function tokens.keep_locals(text)
-  local list, depth, edits, names = tokens.of_code(text), 0, {}, {}
+  local list, depth, edits, names = tokens.of(text), 0, {}, {}
   for i, token in ipairs(list) do
-    if token.kind == "keyword" then
-      local follows = list[i + 1]
-      if token.text == "local" and depth == 0 and follows then
-        edits[#edits + 1] = { token.first, token.last, "     " }
-        if follows.text == "function" then
-          names[#names + 1] = list[i + 2] and list[i + 2].text
-        else
-          local found, last, valued = declared(list, i)
-          for _, name in ipairs(found) do names[#names + 1] = name end
-          if last and not valued then edits[#edits + 1] = { last + 1, last, " = nil;" } end
-        end
+    local follows = list[i + 1]
+    if token.text == "local" and depth == 0 and follows then
+      edits[#edits + 1] = { token.first, token.last, "     " }
+      if follows.text == "function" then
+        names[#names + 1] = list[i + 2] and list[i + 2].text
+      else
+        local found, last, valued = declared(list, i)
+        for _, name in ipairs(found) do names[#names + 1] = name end
+        if last and not valued then edits[#edits + 1] = { last + 1, last, " = nil;" } end
       end
-      depth = depth + (deeper[token.text] or 0)
     end
+    depth = depth + (token.kind == "keyword" and DEEPER[token.text] or 0)
   end
   for k = #edits, 1, -1 do
-    local edit = edits[k]
-    text = text:sub(1, edit[1] - 1) .. edit[3] .. text:sub(edit[2] + 1)
+    local first, last, with = unpack(edits[k])
+    text = text:sub(1, first - 1) .. with .. text:sub(last + 1)
   end
   return text, names
 end

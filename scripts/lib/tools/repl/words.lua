@@ -30,35 +30,17 @@ local function finish(began, ...)
   return ...
 end
 
---- Evaluates an expression, prints its time, and returns its values.
----@param expression any an expression; in a script a function or a text
+--- Calls a function, prints its time, and returns its values.
+---@param call string|function the text of an expression, or a function
 ---@return any ... the values
-function words.time(expression)
-  if type(expression) == "string" then
-    expression = setfenv(assert(loadstring("return " .. expression, "=input")), names.environment)
+function words.time(call)
+  if type(call) == "string" then
+    call = setfenv(assert(loadstring("return " .. call, "=input")), names.environment)
   end
-  if type(expression) ~= "function" then
-    engine.fail "time: expected an expression in parentheses, a function or a text"
+  if type(call) ~= "function" then
+    engine.fail "time: expected the text of an expression, or a function"
   end
-  return finish(host.clock(), expression())
-end
-
---- Reloads a module into the same table, so that references to it see the change.
----@param module string as `require` takes it
----@return any module
-function words.reload(module)
-  schema.demand(schema.string, module, "reload")
-  local old = package.loaded[module]
-  package.loaded[module] = nil
-  local fine, value = pcall(require, module)
-  if not fine then
-    package.loaded[module] = old
-    if value == host.interrupt then error(value, 0) end
-    engine.fail("reload: " .. tostring(value))
-  end
-  value = follow.renew(old, value)
-  package.loaded[module] = value
-  return value
+  return finish(host.clock(), call())
 end
 
 --- Runs a script, and again when its file changes: within half a second at an idle prompt, else
