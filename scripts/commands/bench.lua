@@ -26,9 +26,8 @@ local OPTIONS = {
     text = "throughput, effects: time of one repeat of one measurement" },
   { name = "full",
     text = "throughput: every combination on a GPU, and a generation of 1000 robots; stability:"
-      .. " long cases, and every combination of all; effects: on a CPU with valgrind, the"
-      .. " instructions of a step, in minutes; accuracy:"
-      .. " more steps and robots, whole evolutions, long runs: hours" },
+      .. " long cases, and every combination of all; accuracy: more steps and robots, long walks:"
+      .. " hours" },
   { name = "filter", argument = "TEXT", of = "stability", text = "only cases whose name contains"
     .. " this" },
   { name = "fraction", argument = "F", of = "stability", kind = "number", minimum = 0.01,
@@ -39,18 +38,11 @@ local OPTIONS = {
     text = "number of the first case; 1 if left out" },
   { name = "case", argument = "N", of = "blow-ups", kind = "integer", minimum = 1, maximum = 1e9,
     text = "run only this case, and print its robot and scene" },
-  { name = "out", argument = "DIR", of = "accuracy",
-    text = "a folder for figures and tables" },
   { name = "section", argument = "NAME", of = "accuracy", many = true,
-    text = "only this section: work_precision, ranking, evolutions" },
+    text = "only this section: work_precision or ranking" },
   { name = "duration", argument = "S", of = "accuracy", kind = "number", minimum = 0.1,
     maximum = 1000, text = "of the walks of `ranking`; 1.5 s if left out, with --full as in their"
       .. " scripts" },
-  { name = "tune", argument = "FILE", of = "accuracy",
-    text = "the longest step at which this experiment is accurate" },
-  { name = "champion", argument = "FILE", of = "accuracy", many = true,
-    text = "with --tune: a robot file to try beside the first generation" },
-  { name = "store", text = "throughput: store the hashes of this GPU model's last states" },
 }
 for _, option in ipairs(OPTIONS) do
   if option.of then option.text = ("%s: %s"):format(option.of, option.text) end
@@ -64,10 +56,6 @@ local function run(arguments)
   local fine, device =
     failure.attempt(engine.device, arguments.device, { threads = arguments.threads })
   if not fine then failure.raise(failure.status(device) or 1, failure.bare(device)) end
-  if arguments.store and not (name == "throughput" and device.kind == "cuda") then
-    failure.raise(exit_usage,
-      "--store stores the hashes of a GPU: limax bench throughput --device cuda")
-  end
   for _, option in ipairs(OPTIONS) do
     local value = arguments[option.name]
     local absent = value == nil or type(value) == "table" and #value == 0
@@ -78,7 +66,6 @@ local function run(arguments)
   arguments.device = device
   arguments.say = function(text) output.write(text, "\n") io.flush() end
   local result = require("limax.tools.bench." .. name:gsub("-", "_")).run(arguments)
-  result.sections = nil
   result.schema = "limax.bench/1"
   result.bench = name
   result.environment = host.environment()
@@ -100,8 +87,7 @@ return {
     .. "blow-ups searches for random robots that diverge at the automatic step. Both exit 1 if\n"
     .. "they find a failure.\n"
     .. "accuracy measures what accuracy costs: error against time by integrator, precision and\n"
-    .. "step, the order of walkers under cheap settings, rounding, drift; two minutes on two\n"
-    .. "cores. With --tune FILE, the longest accurate step of an experiment instead.",
+    .. "step, and the order of walkers under cheap settings; two minutes on two cores.",
   positional = { name = "NAME", least = 1, most = 1 },
   options = OPTIONS,
   run = run,

@@ -1,7 +1,7 @@
 --- effects_cost.lua: a scene pays only for its effects, counted in instructions.
 
 local limax = require "limax"
-local instructions = require "limax.tools.bench.instructions"
+local instructions = require "support.instructions"
 local suite = require("limax.test").suite "effects cost"
 
 suite:test("an effect costs its own instructions, and nothing if it is absent",

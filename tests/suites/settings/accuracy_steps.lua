@@ -1,5 +1,4 @@
---- accuracy_steps.lua: the choice of a time step by `limax bench accuracy --tune`, the tiers and
---- their measured cost, rescored robots, and refused options.
+--- accuracy_steps.lua: the tiers and their measured cost, rescored robots, and refused options.
 
 local bench_ranking = require "limax.tools.bench.accuracy.ranking"
 local engine = require "limax.engine"
@@ -9,7 +8,6 @@ local process = require "support.process"
 local rescore = require "limax.evolution.rescore"
 local source = require "limax.base.source"
 local tiers = require "limax.settings.tiers"
-local tune = require "limax.tools.bench.accuracy.tune"
 
 local suite = require("limax.test").suite "accuracy_steps"
 
@@ -24,50 +22,11 @@ return limax.experiment {
 }
 ]]
 
-suite:test("the chosen step is the longest below which all steps fit", function(t)
-  local function rows(...)
-    local list = {}
-    for k, regret in ipairs { ... } do list[k] = { elite_regret = regret, failed = 0, name = k } end
-    return list
-  end
-  t:equal(tune.choose(rows(0.3, 0.04, 0.01), 0, 0).name, 2)
-  -- a longer step that fits by chance does not count
-  t:equal(tune.choose(rows(0.01, 0.2, 0.01), 0, 0).name, 3)
-  t:equal(tune.choose(rows(0.3, 0.3, 0.3), 0, 0), nil)
-  -- if chaos loses 10 %, losing 20 % is as good as the reference
-  local found, limit = tune.choose(rows(0.3, 0.19, 0.2), 0.1, 0)
-  t:equal({ found.name, limit }, { 2, 0.2 })
-  local failing = rows(0.01, 0.01)
-  failing[1].failed = 1
-  t:equal(tune.choose(failing, 0, 0).name, 2)
-  -- the chaos floor's step differs by one part in 1e4, or by the least that whole samples allow
-  t:near(bench_ranking.perturbed(5e-6, 20), 0.05 / 10001, { rtol = 1e-15 })
-  t:near(bench_ranking.perturbed(1e-4, 20), 0.05 / 501, { rtol = 1e-15 })
-end)
-
-suite:test("--tune prints a line for the script", function(t)
-  local folder = t:folder()
-  write(folder .. "/small.lua", WALKERS)
-  process.completes(t, folder, { "run", "small.lua", "--out", "r", "-q" })
-  local done = process.completes(t, folder, { "bench", "accuracy", "--tune", "small.lua",
-    "--champion", "r/r01/champions/g0000.json", "--threads", "1", "--device", "cpu", "--json",
-    "t.json" })
-  t:ok(done.stdout:find("13 bodies against an eighth of the step, in double", 1, true), done.stdout)
-  local rows = host.json.decode(source.read(folder .. "/t.json")).rows
-  t:equal(#rows, 4 + 1)
-  t:equal({ rows[2].share, rows[2].relative_price, rows[5].setting }, { 1, 1, "chaos floor" })
-  -- twice 0.9 of the bound exceeds it
-  t:equal({ rows[1].setting, rows[1].bound_fraction }, { "0.99 of the bound", 0.99 })
-  t:ok(rows[4].relative_price > 1.5, rows[4].relative_price)
-  t:ok(rows[4].time_step < 0.3 * rows[2].time_step)
-  local line = done.stdout:match "\n  (simulation = %b{})\n"
-  if line then
-    local fields = assert(loadstring("return {" .. line .. "}"))()
-    t:ok(limax.experiment { fitness = "walk", simulation = fields.simulation })
-  else
-    t:ok(done.stdout:find("no step of these keeps", 1, true), done.stdout)
-  end
-end)
+suite:test("the chaos floor's step differs by one part in 1e4, or the least that samples allow",
+  function(t)
+    t:near(bench_ranking.perturbed(5e-6, 20), 0.05 / 10001, { rtol = 1e-15 })
+    t:near(bench_ranking.perturbed(1e-4, 20), 0.05 / 501, { rtol = 1e-15 })
+  end)
 
 suite:test("rescored robots have the same bits under the same setting, others under another",
   function(t)
@@ -147,3 +106,16 @@ suite:test("--accuracy sets all fields of a tier, and prints its measured cost",
     write(folder .. "/cache/limax/accuracy.json", "{")
     t:ok(run("d"):find("not measured here", 1, true))
   end)
+
+suite:test("options that do not fit are refused", function(t)
+  local folder = t:folder()
+  local function refused(words, text, status)
+    local done = process.fails(t, folder, status, { "bench", unpack(words) }, text)
+    t:equal(select(2, done.stderr:gsub("\n", "")), 1)
+  end
+  refused({ "accuracy", "--section", "rankin" },
+    '--section "rankin": unknown; did you mean "ranking"?', 2)
+  refused({ "effects", "--section", "ranking" }, "--section belongs to limax bench accuracy", 2)
+end)
+
+return suite

@@ -1,5 +1,5 @@
 --- accuracy.lua: `limax bench accuracy`: statistics of rankings against examples worked out by
---- hand, errors, and the files that it writes.
+--- hand, and errors.
 
 local accuracy = require "limax.tools.bench.accuracy"
 local axis = require "limax.draw.chart.axis"
@@ -8,8 +8,6 @@ local engine = require "limax.engine"
 local host = require "limax.host"
 local ranking = require "limax.base.statistics.ranking"
 local source = require "limax.base.source"
-local trial = require "support.trial"
-local tune = require "limax.tools.bench.accuracy.tune"
 local work_precision = require "limax.tools.bench.accuracy.work_precision"
 
 local suite = require("limax.test").suite "accuracy"
@@ -87,16 +85,11 @@ local SIZES = {
   ranking = { cases = 1, robots = 6, generations = 2, reference = 1e-4, seconds = 0.002,
     set = SMALL_BODIES, settings = bench_ranking.settings({ "preview", "evolve" },
       { { "leapfrog", "compensated", 5e-3 }, { "xpbd", "compensated", 1e-3 } }) },
-  evolutions = { case = 1, seeds = 1, robots = 6, generations = 2, reference = 1e-4,
-    set = SMALL_BODIES, settings = { "paper", "evolve" } },
 }
 
-local function count_of(text, pattern) return select(2, text:gsub(pattern, "")) end
-
-suite:test("every section writes figures and tables", { limit = 180 }, function(t)
-  local folder = t:folder() .. "/out"
+suite:test("every section in one table", { limit = 180 }, function(t)
   local result = accuracy.run { device = engine.device("cpu", { threads = 1 }), sizes = SIZES,
-    out = folder, say = function() end }
+    say = silent }
   local rows = {}
   for _, row in ipairs(result.rows) do
     rows[row.section] = rows[row.section] or {}
@@ -118,22 +111,13 @@ suite:test("every section writes figures and tables", { limit = 180 }, function(
   local xpbd = by_setting["XPBD, compensated, 0.001 s"]
   t:equal({ xpbd.status, xpbd.failed }, { "done", 0 })
   t:ok(xpbd.seconds_per_second > 0 and xpbd.tau and xpbd.distance_error > 0)
-  for _, row in ipairs(rows.evolutions) do
-    t:ok(row.best_at_finest > 0 and row.seconds > 0, row.setting)
+  local columns = {}
+  for _, column in ipairs(result.columns) do columns[column] = true end
+  for _, row in ipairs(result.rows) do
+    for name in pairs(row) do t:ok(columns[name], name .. " has no column") end
   end
-
-  local document = assert(host.json.decode(source.read(folder .. "/accuracy.json")))
-  t:equal({ document.schema, #document.rows }, { "limax.bench/1", #result.rows })
-  t:equal(count_of(source.read(folder .. "/accuracy.csv"), "\n"), #result.rows + 1)
-  t:equal(source.read(folder .. "/accuracy.csv"):match "^[^\n]+",
-    table.concat(result.columns, ","))
-  local picture = source.read(folder .. "/work_precision.svg")
-  t:ok(picture:find "^<svg" and picture:find "</svg>\n$")
-  trial.contains(t, picture, "leapfrog, double", "Euler, single", ">evolve<", ">failed<",
-    "the reference's own error", "10⁻⁶")
-  -- two integrators, four precisions, four scenes
-  t:ok(count_of(picture, "<polyline") >= 32, count_of(picture, "<polyline"))
-  t:equal(source.read(folder .. "/distance_error.png"):sub(2, 4), "PNG")
+  -- three integrators, RK4 without contact, four precisions
+  t:ok(#rows.work_precision > 100, #rows.work_precision)
 end)
 
 suite:test("axes: decades, their labels, and places between", function(t)
@@ -155,7 +139,6 @@ suite:test("the page names every column and section", function(t)
     t:ok(page:find(("| `%s` |"):format(name), 1, true), name)
     columns[#columns + 1] = require("limax.tools.bench.accuracy." .. name).COLUMNS
   end
-  columns[#columns + 1] = tune.COLUMNS
   for _, list in ipairs(columns) do
     for _, column in ipairs(list) do
       t:ok(page:find(("`%s`"):format(column), 1, true), column .. " is not on the page")

@@ -68,7 +68,7 @@ end)
 
 suite:test("throughput and effects of a GPU", { devices = "cuda", tags = "full" }, function(t)
   local rows, output = bench(t, { "throughput", "--device", "cuda", "--seconds", "0.01" })
-  trial.contains(t, output, "every precision is where the CPU is", "7.89e+09")
+  trial.contains(t, output, "every precision is where the CPU is")
   local row = row_of(t, rows, { lattice = "5x5x5", robots = 132, precision = "compensated" })
   t:ok(row.springs_per_second > 1e8 and row.registers > 0 and row.instructions > 0)
   t:near(row.robot_seconds_per_second, row.robots * 1e-4 / row.seconds_per_step)
@@ -81,7 +81,6 @@ suite:test("refuses what it cannot measure", function(t)
   for _, bad in ipairs {
     { { "effect" }, 'unknown bench "effect"; did you mean "effects"?', 2 },
     { { "effects", "--device", "cuda" }, "device 'cuda': ", 1 },
-    { { "throughput", "--store" }, "--store stores the hashes of a GPU", 2 },
     { { "stability", "--cases", "5" }, "--cases belongs to limax bench blow-ups", 2 },
   } do
     local done = process.ends(t:folder(), { "bench", unpack(bad[1]) },
@@ -92,25 +91,11 @@ suite:test("refuses what it cannot measure", function(t)
   end
 end)
 
-suite:test("stored hashes of a GPU model detect other bits", function(t)
-  local found, worst = agreement.check(engine.materials "paper", engine.device "cpu",
-    { { 2, 2, 2 } }, { "single", "double" })
-  t:equal(worst, 0)
-  t:ok(found["2x2x2 single"] ~= found["2x2x2 double"])
-  -- far less than the difference that another law would make
+suite:test("a device agrees with itself, and tolerances detect another law", function(t)
+  t:equal(agreement.check(engine.materials "paper", engine.device "cpu", { { 2, 2, 2 } },
+    { "single", "double" }), 0)
   t:ok(agreement.tolerance("single", bodies.ALL) < 1e-3)
   t:ok(agreement.tolerance("double", bodies.ALL) < 1e-12)
-
-  local model, folder = "Nobody's GPU", t:folder()
-  t:equal(agreement.compare_hashes(model, found, folder),
-    "no stored hash for this GPU model (Nobody's GPU)")
-  t:equal(agreement.store_hashes(model, found, folder), folder .. "/Nobody_s_GPU.json")
-  found["3x3x3 single"] = found["2x2x2 single"]
-  t:ok(agreement.compare_hashes(model, found, folder):find "^2 of 3 ")
-  found["2x2x2 single"] = found["2x2x2 double"]
-  t:raises("2x2x2 single: the last state has other bits", function()
-    agreement.compare_hashes(model, found, folder)
-  end)
 end)
 
 -- ---- stability ---------------------------------------------------------------------------------

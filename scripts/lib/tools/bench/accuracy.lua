@@ -3,7 +3,6 @@
 
 local choice = require "limax.base.choice"
 local failure = require "limax.base.failure"
-local folder = require "limax.tools.bench.accuracy.folder"
 local host = require "limax.host"
 local ranking = require "limax.tools.bench.accuracy.ranking"
 local source = require "limax.base.source"
@@ -11,12 +10,11 @@ local suggest = require "limax.engine.suggest"
 local terminal = require "limax.base.terminal"
 local tiers = require "limax.settings.tiers"
 local trial = require "limax.tools.bench.accuracy.trial"
-local tune = require "limax.tools.bench.accuracy.tune"
 
 local accuracy = {}
 
 --- Sections in the order in which they run.
-accuracy.SECTIONS = { "work_precision", "ranking", "evolutions" }
+accuracy.SECTIONS = { "work_precision", "ranking" }
 
 -- Sizes of the sections, in SI units. `reference`: step of the finest setting; `effort`: least wall
 -- time and runs of a trial; `seconds`: wall time of one round of one setting; `set`: overrides of
@@ -72,9 +70,6 @@ local FULL = {
     rest = { set = {}, reference = 1e-5,
       settings = ranking.settings({ "preview", "evolve", "publish" },
         { { XPBD, "compensated", 1e-3 } }) } },
-  evolutions = { case = 1, seeds = 5, robots = 20, generations = 15, reference = 1e-5,
-    set = { "simulation.duration=2", "record={}" },
-    settings = { "paper", "preview", "evolve", "publish" } },
 }
 
 -- Columns and rows of several sections, with the section's name in each row.
@@ -93,22 +88,15 @@ local function joined(results, sections)
   return columns, rows
 end
 
--- The sections to run: those that the user names, or all that this size has.
-local function chosen(names, sizes)
-  local sections = {}
-  for _, name in ipairs(names or {}) do
-    if not FULL[name] then
+-- The sections to run: those that the user names, or all.
+local function chosen(names)
+  for _, name in ipairs(names) do
+    if not choice.contains(accuracy.SECTIONS, name) then
       failure.raise(2, ('--section "%s": unknown%s'):format(name,
         suggest.ending(name, accuracy.SECTIONS)))
     end
-    if not sizes[name] then failure.raise(2, ("--section %s needs --full"):format(name)) end
   end
-  for _, name in ipairs(accuracy.SECTIONS) do
-    if sizes[name] and (not names or #names == 0 or choice.contains(names, name)) then
-      sections[#sections + 1] = name
-    end
-  end
-  return sections
+  return #names > 0 and names or accuracy.SECTIONS
 end
 
 -- The size of a section whose walks last this long, s.
@@ -137,15 +125,9 @@ end
 --- and text(result, style).
 ---@param how table the command's arguments; `sizes` by section instead of the usual ones
 function accuracy.run(how)
-  if how.tune then return tune.run(how) end
-  if how.champion and #how.champion > 0 then
-    failure.raise(2, "--champion belongs to --tune FILE")
-  end
   local sizes = how.sizes or how.full and FULL or QUICK
   local style, results = terminal.style {}, {}
-  local sections = chosen(how.section, sizes)
-  -- before hours of measuring: the folder may not be writable
-  if how.out then folder.make(how.out) end
+  local sections = chosen(how.section or {})
   for _, name in ipairs(sections) do
     local section = require("limax.tools.bench.accuracy." .. name)
     local began = host.clock()
@@ -159,9 +141,7 @@ function accuracy.run(how)
   how.say ""
   report_tiers(how, results)
   local columns, rows = joined(results, sections)
-  local result = { columns = columns, rows = rows, sections = results }
-  if how.out then folder.write(how.out, result, sections, how.device, how.say) end
-  return result
+  return { columns = columns, rows = rows }
 end
 
 return accuracy

@@ -5,7 +5,6 @@ local cases = require "limax.tools.bench.cases"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
-local instructions = require "limax.tools.bench.instructions"
 local terminal = require "limax.base.terminal"
 local timing = require "limax.tools.bench.timing"
 
@@ -15,7 +14,6 @@ local ROUNDS = 10
 -- enough to fill a large GPU
 local ROBOTS = { cpu = 1, cuda = 4224 }
 local KERNEL = { "passes", "path", "origin", "registers", "spilled", "instructions" }
--- `instructions` are of the kernel, or of a step on a CPU where they are counted
 local COLUMNS = { "device", "effects", "robots", "seconds_per_step", "relative_to_all",
   "relative_to_springs", unpack(KERNEL) }
 
@@ -64,18 +62,6 @@ local function scenes()
   return list
 end
 
-local function count_instructions(rows, list, say)
-  if not instructions.available() then
-    say "instructions are not counted: valgrind is not installed"
-    return
-  end
-  say "counting instructions takes minutes; they are of the passes for x86-64-v3"
-  for i, scene in ipairs(list) do
-    host.raise_if_interrupted()
-    rows[i].instructions = math.floor(instructions.per_step(scene.scene) + 0.5)
-  end
-end
-
 function effects.run(how)
   local materials, device = engine.materials "paper", how.device
   local on_cpu = device.kind == "cpu"
@@ -107,9 +93,8 @@ function effects.run(how)
     row.relative_to_all = row.seconds_per_step / rows[#rows].seconds_per_step
     row.relative_to_springs = row.seconds_per_step / rows[1].seconds_per_step
   end
-  if on_cpu and how.full then count_instructions(rows, list, how.say) end
-  -- on a CPU without counted instructions every cell of a kernel is empty
-  local columns = rows[1].instructions and TABLE or { unpack(TABLE, 1, 4) }
+  -- a CPU has no kernel
+  local columns = on_cpu and { unpack(TABLE, 1, 4) } or TABLE
   how.say("\n" .. terminal.rows(columns, rows, terminal.style {}))
   return { columns = COLUMNS, rows = rows }
 end

@@ -18,7 +18,7 @@ function instructions.per_step(scene)
   local pipe = assert(io.popen(table.concat({ "valgrind --tool=callgrind",
     "--callgrind-out-file=/dev/null --toggle-collect='limax_simulation_advance*'",
     shell.quoted(host.executable),
-    shell.quoted(host.home .. "/scripts/lib/tools/bench/counted_steps.lua"), STEPS,
+    shell.quoted(host.home .. "/tests/support/counted_steps.lua"), STEPS,
     shell.quoted(host.json.encode(scene)), "2>&1" }, " ")))
   local output = pipe:read "*a"
   pipe:close()
