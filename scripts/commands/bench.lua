@@ -38,11 +38,8 @@ local OPTIONS = {
     text = "number of the first case; 1 if left out" },
   { name = "case", argument = "N", of = "blow-ups", kind = "integer", minimum = 1, maximum = 1e9,
     text = "run only this case, and print its robot and scene" },
-  { name = "section", argument = "NAME", of = "accuracy", many = true,
-    text = "only this section: work_precision or ranking" },
   { name = "duration", argument = "S", of = "accuracy", kind = "number", minimum = 0.1,
-    maximum = 1000, text = "of the walks of `ranking`; 1.5 s if left out, with --full as in their"
-      .. " scripts" },
+    maximum = 1000, text = "of the walks; 1.5 s if left out, with --full as in their scripts" },
 }
 for _, option in ipairs(OPTIONS) do
   if option.of then option.text = ("%s: %s"):format(option.of, option.text) end
@@ -86,8 +83,8 @@ return {
     .. "stability runs the hard cases in every precision, with every integrator, as one table;\n"
     .. "blow-ups searches for random robots that diverge at the automatic step. Both exit 1 if\n"
     .. "they find a failure.\n"
-    .. "accuracy measures what accuracy costs: error against time by integrator, precision and\n"
-    .. "step, and the order of walkers under cheap settings; two minutes on two cores.",
+    .. "accuracy measures what accuracy costs: how well walkers keep their order under cheap\n"
+    .. "integrators, precisions and steps; two minutes on two cores.",
   positional = { name = "NAME", least = 1, most = 1 },
   options = OPTIONS,
   run = run,

@@ -20,7 +20,6 @@ local PARTS = settings.of_tier
 ---@class limax.tiers.measured of one tier
 ---@field elite_regret number|nil largest over the measured populations
 ---@field tau number|nil smallest over them
----@field smooth_error number|nil m, of a moving body in the air
 ---@field seconds_per_second number|nil wall time of a robot per simulated second, s
 ---@field relative_to_paper number|nil that, relative to symplectic Euler in fp32 at 1e-5 s
 
@@ -123,7 +122,6 @@ function tiers.price(measured)
   end
   part(measured.elite_regret, "elite regret %.2g %%", 100)
   part(measured.tau, "tau %.3f")
-  part(measured.smooth_error, "%.1e m in the air")
   part(measured.relative_to_paper, "%.2g of the time of the paper's step")
   return #parts > 0 and table.concat(parts, ", ") or "not measured here: limax bench accuracy"
 end
@@ -155,9 +153,6 @@ function tiers.summary(results)
     for _, field in ipairs { "seconds_per_second", "relative_to_paper" } do
       measured[name][field] = measured[name][field] / count
     end
-  end
-  for _, row in ipairs(results.work_precision and results.work_precision.rows or {}) do
-    if row.tier and row.scene == "air" and row.error then of(row.tier).smooth_error = row.error end
   end
   return measured
 end

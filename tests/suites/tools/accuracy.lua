@@ -1,5 +1,5 @@
 --- accuracy.lua: `limax bench accuracy`: statistics of rankings against examples worked out by
---- hand, and errors.
+--- hand, and a small run.
 
 local accuracy = require "limax.tools.bench.accuracy"
 local axis = require "limax.draw.chart.axis"
@@ -8,11 +8,8 @@ local engine = require "limax.engine"
 local host = require "limax.host"
 local ranking = require "limax.base.statistics.ranking"
 local source = require "limax.base.source"
-local work_precision = require "limax.tools.bench.accuracy.work_precision"
 
 local suite = require("limax.test").suite "accuracy"
-
-local function silent() end
 
 suite:test("Kendall's tau, against pairs counted one by one", function(t)
   local function tau(a, b) return ranking.kendall_tau(a, b, 4) end
@@ -51,54 +48,20 @@ suite:test("elites, overlap and elite regret, by hand", function(t)
   t:near(relative, 1.5 / 6)
 end)
 
-local TINY = { lattice = { 2, 2, 2 }, duration = 0.1, reference = 1e-5,
-  steps = { 5e-3, 1e-3, 5e-4, 2.5e-4 }, effort = { seconds = 0, runs = 2 } }
-
-suite:test("a tiny work-precision run: errors fall with the step, failures stay", function(t)
-  local result = work_precision.run { device = engine.device("cpu", { threads = 1 }), size = TINY,
-    scenes = { "free" }, say = silent }
-  local errors = {}
-  for _, row in ipairs(result.rows) do
-    if row.integrator ~= "rk4" and row.precision == "double" then
-      errors[row.integrator] = errors[row.integrator] or {}
-      errors[row.integrator][row.time_step] = row
-    end
-  end
-  local euler, leapfrog = errors.symplectic_euler, errors.leapfrog
-  -- far above the bound of any body: kept as a failure, without an error
-  t:equal({ euler[5e-3].status, euler[5e-3].error }, { "diverged" })
-  -- first order halves it, second order quarters it
-  t:near(euler[5e-4].error / euler[2.5e-4].error, 2, { rtol = 0.1 })
-  t:near(leapfrog[5e-4].error / leapfrog[2.5e-4].error, 4, { rtol = 0.1 })
-  t:ok(leapfrog[5e-4].seconds_per_second > 0 and leapfrog[5e-4].runs == 2)
-  t:ok(leapfrog[5e-4].reference_error < 1e-2 * leapfrog[2.5e-4].error)
-end)
-
--- ---- the whole bench, tiny ----------------------------------------------------------------------
-
 -- with a trace, so that samples are not those of a scene that records nothing
 local SMALL_BODIES = { "lattice=[2,2,2]", "simulation.duration=0.3", "simulation.settle=0.1",
   "record={\"center_of_mass\":50}", "population=6", "generations=2", "genome.sigma=4" }
 
-local SIZES = {
-  work_precision = TINY,
-  ranking = { cases = 1, robots = 6, generations = 2, reference = 1e-4, seconds = 0.002,
-    set = SMALL_BODIES, settings = bench_ranking.settings({ "preview", "evolve" },
-      { { "leapfrog", "compensated", 5e-3 }, { "xpbd", "compensated", 1e-3 } }) },
-}
+local SIZE = { cases = 1, robots = 6, generations = 2, reference = 1e-4, seconds = 0.002,
+  set = SMALL_BODIES, settings = bench_ranking.settings({ "preview", "evolve" },
+    { { "leapfrog", "compensated", 5e-3 }, { "xpbd", "compensated", 1e-3 } }) }
 
-suite:test("every section in one table", { limit = 180 }, function(t)
-  local result = accuracy.run { device = engine.device("cpu", { threads = 1 }), sizes = SIZES,
-    say = silent }
-  local rows = {}
-  for _, row in ipairs(result.rows) do
-    rows[row.section] = rows[row.section] or {}
-    table.insert(rows[row.section], row)
-  end
-
+suite:test("settings are ranked against the finest one", { limit = 180 }, function(t)
+  local result = accuracy.run { device = engine.device("cpu", { threads = 1 }), size = SIZE,
+    say = function() end }
   -- the finest setting against itself loses nothing; at too long a step every body fails
   local by_setting = {}
-  for _, row in ipairs(rows.ranking) do
+  for _, row in ipairs(result.rows) do
     if row.population == "random" then by_setting[row.setting] = row end
   end
   local finest, failed = by_setting.finest, by_setting["leapfrog, compensated, 0.005 s"]
@@ -116,8 +79,6 @@ suite:test("every section in one table", { limit = 180 }, function(t)
   for _, row in ipairs(result.rows) do
     for name in pairs(row) do t:ok(columns[name], name .. " has no column") end
   end
-  -- three integrators, RK4 without contact, four precisions
-  t:ok(#rows.work_precision > 100, #rows.work_precision)
 end)
 
 suite:test("axes: decades, their labels, and places between", function(t)
@@ -133,16 +94,10 @@ suite:test("axes: decades, their labels, and places between", function(t)
   end
 end)
 
-suite:test("the page names every column and section", function(t)
-  local page, columns = source.read(host.home .. "/scripts/ACCURACY.md"), {}
-  for _, name in ipairs(accuracy.SECTIONS) do
-    t:ok(page:find(("| `%s` |"):format(name), 1, true), name)
-    columns[#columns + 1] = require("limax.tools.bench.accuracy." .. name).COLUMNS
-  end
-  for _, list in ipairs(columns) do
-    for _, column in ipairs(list) do
-      t:ok(page:find(("`%s`"):format(column), 1, true), column .. " is not on the page")
-    end
+suite:test("the page names every column", function(t)
+  local page = source.read(host.home .. "/scripts/ACCURACY.md")
+  for _, column in ipairs(bench_ranking.COLUMNS) do
+    t:ok(page:find(("`%s`"):format(column), 1, true), column .. " is not on the page")
   end
 end)
 

@@ -11,13 +11,24 @@ local rescore = require "limax.evolution.rescore"
 local settings = require "limax.settings.settings"
 local statistics = require "limax.base.statistics.ranking"
 local terminal = require "limax.base.terminal"
-local trial = require "limax.tools.bench.accuracy.trial"
 local walkers = require "limax.tools.bench.accuracy.walkers"
 
 local ranking = {}
 
---- Share of the robots that are elites: the paper's, and the library's default.
-ranking.ELITES = 0.3
+-- Share of the robots that are elites: the paper's, and the library's default.
+local ELITES = 0.3
+
+-- Names for people.
+local LABELS = { symplectic_euler = "symplectic Euler", leapfrog = "leapfrog", rk4 = "RK4",
+  xpbd = "XPBD" }
+
+-- The paper names no integrator and no precision; its step is 1e-5 s.
+local PAPER = { integrator = "symplectic_euler", precision = "single", time_step = 1e-5 }
+
+-- The finest setting at a time step, s.
+local function finest(time_step)
+  return { integrator = "leapfrog", precision = "double", time_step = time_step }
+end
 
 ranking.COLUMNS = { "case", "population", "setting", "tier", "integrator", "precision", "time_step",
   "status", "reason", "robots", "failed", "tau", "overlap", "distance_error",
@@ -36,7 +47,7 @@ end
 ---@return table tau, overlap, distance_error, distance_error_relative, elite_regret
 function ranking.compare(reference, cheap, count)
   local off, relative = statistics.mean_error(reference.distance, cheap.distance, count)
-  local share = ranking.ELITES
+  local share = ELITES
   return {
     tau = statistics.kendall_tau(reference.fitness, cheap.fitness, count),
     overlap = statistics.overlap(reference.fitness, cheap.fitness, count, share),
@@ -47,13 +58,25 @@ end
 
 local CPU_ONLY = "CPU only"
 
+-- Why the engine refuses a simulation with these options; nil if it does not.
+local function refusal_on(device, robots, options)
+  local fine, value = failure.attempt(engine.simulation, robots.engine, robots.materials,
+    robots.world.scene, options, device)
+  if fine then
+    value:free "its options were only checked"
+    return nil
+  end
+  if failure.of_machine(value) then error(value, 0) end
+  local message = failure.bare(value)
+  return message:match "simulation: (.*)$" or message
+end
+
 -- Why the device does not support a setting of these robots, "CPU only" if the CPU does; or nil.
 local function refusal(robots, setting)
   local world, options = robots.world, rescore.options(robots.world.config, setting)
-  local subject = { population = robots.engine, materials = robots.materials, scene = world.scene }
-  local why = trial.refusal(subject, options, world.device)
+  local why = refusal_on(world.device, robots, options)
   if not why or world.device.kind == "cpu" then return why end
-  return trial.refusal(subject, options, engine.device "cpu") and why or CPU_ONLY
+  return refusal_on(engine.device "cpu", robots, options) and why or CPU_ONLY
 end
 
 -- Prices of the settings that the device supports, by index.
@@ -82,10 +105,10 @@ end
 -- One population under every setting, the finest and the chaos floor first.
 local function measure(case, kind, robots, size, seconds, rows)
   local near = ranking.perturbed(size.reference, settings.base_rate(robots.world.config.record))
-  local list = { { name = "finest", setting = trial.finest(size.reference),
+  local list = { { name = "finest", setting = finest(size.reference),
     -- the finest setting may be a tier's
     tier = size.reference == defaults.tiers.reference.time_step_most and "reference" or nil },
-    { name = "chaos floor", setting = trial.finest(near) } }
+    { name = "chaos floor", setting = finest(near) } }
   for _, each in ipairs(size.settings) do
     list[#list + 1] = { name = each.name, setting = each.setting, tier = each.tier }
   end
@@ -124,20 +147,24 @@ local function refusal_of(experiment, device)
   return refusal(robots, { accuracy = "evolve" })
 end
 
-function ranking.run(how)
-  local size, rows = how.size, {}
+--- Measures the cases.
+---@param size table see accuracy.lua
+---@param set string[] overrides of every experiment of the first cases
+---@return limax.bench_result
+function ranking.run(size, set, device, say)
+  local rows = {}
   for c = 1, size.rest and #walkers.CASES or size.cases do
     local case, own = walkers.CASES[c], c <= size.cases and size or size.rest
-    local experiment = walkers.experiment(case,
-      { "population=" .. size.robots, "generations=" .. size.generations }, own.set)
-    local refused = refusal_of(experiment, how.device)
+    local experiment = walkers.experiment(case, { "population=" .. size.robots,
+      "generations=" .. size.generations }, c <= size.cases and set or size.rest.set)
+    local refused = refusal_of(experiment, device)
     for _, kind in ipairs { "random", "evolved" } do
       if refused then
         rows[#rows + 1] = { case = case.name, population = kind, setting = "every setting",
           status = "refused", reason = refused, robots = size.robots }
       else
-        how.say(("%s: %d %s bodies"):format(case.name, size.robots, kind))
-        measure(case, kind, walkers[kind](experiment, how.device), own, size.seconds, rows)
+        say(("%s: %d %s bodies"):format(case.name, size.robots, kind))
+        measure(case, kind, walkers[kind](experiment, device), own, size.seconds, rows)
       end
     end
   end
@@ -154,7 +181,7 @@ local function savings_of_auto(rows)
     end
   end
   return least and ("the step auto takes %.0f to %.0f times less time than the paper's %g s")
-    :format(least, most, trial.PAPER.time_step) or "the step auto has no price here"
+    :format(least, most, PAPER.time_step) or "the step auto has no price here"
 end
 
 -- The number of failed robots, or why there is none.
@@ -182,7 +209,7 @@ function ranking.text(result, style)
   end
   notes[#notes + 1] = savings_of_auto(result.rows)
   return ("order of the robots against the finest setting; elites are the best %d %%\n"):format(
-    100 * ranking.ELITES) .. terminal.rows(TABLE, result.rows, style) .. "\n"
+    100 * ELITES) .. terminal.rows(TABLE, result.rows, style) .. "\n"
     .. table.concat(notes, "\n")
 end
 
@@ -198,10 +225,10 @@ function ranking.settings(names, others)
   list[#list + 1] = { name = "auto", setting = { integrator = "leapfrog",
     precision = "compensated", time_step = "auto" } }
   for _, other in ipairs(others) do
-    list[#list + 1] = { name = ("%s, %s, %g s"):format(trial.LABELS[other[1]], other[2],
+    list[#list + 1] = { name = ("%s, %s, %g s"):format(LABELS[other[1]], other[2],
       other[3]), setting = { integrator = other[1], precision = other[2], time_step = other[3] } }
   end
-  list[#list + 1] = { name = "paper", setting = trial.PAPER }
+  list[#list + 1] = { name = "paper", setting = PAPER }
   return list
 end
 
