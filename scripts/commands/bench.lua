@@ -25,7 +25,7 @@ local OPTIONS = {
   { name = "seconds", argument = "S", kind = "number", minimum = 0.01, maximum = 60, value = 0.5,
     text = "throughput, effects: time of one repeat of one measurement" },
   { name = "full",
-    text = "throughput: every combination on a GPU, and a generation of 1000 robots; stability:"
+    text = "throughput: every combination on a GPU; stability:"
       .. " long cases, and every combination of all; accuracy: more steps and robots, long walks:"
       .. " hours" },
   { name = "filter", argument = "TEXT", of = "stability", text = "only cases whose name contains"
@@ -78,7 +78,7 @@ return {
   usage = "limax bench NAME [options]",
   text = "throughput measures springs per second: on the CPU by integrator, precision and\n"
     .. "effects, and the speed-up by threads; on a GPU by population, lattice and precision, with\n"
-    .. "the kernel that served each. Then the seconds per generation of `limax run walk.lua`.\n"
+    .. "the kernel that served each.\n"
     .. "effects measures the time of a step with each effect, all but each, and all.\n"
     .. "stability runs the hard cases in every precision, with every integrator, as one table;\n"
     .. "blow-ups searches for random robots that diverge at the automatic step. Both exit 1 if\n"

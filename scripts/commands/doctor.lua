@@ -34,8 +34,7 @@ local command = {
   text = "Exits with 1 if a self check fails; a missing tool or GPU is not a failure.\n"
     .. "--llm asks the language model at LIMAX_LLM_URL one short question, and fails without an\n"
     .. "answer. Nothing is sent without it.\n"
-    .. "--scene prints the scene of an experiment instead: its effects with every parameter, and\n"
-    .. "the cost of each on one CPU thread.",
+    .. "--scene prints the scene of an experiment instead: its effects with every parameter.",
   options = {
     { name = "json", text = "print one JSON object" },
     { name = "llm", text = "ask the language model one short question" },

@@ -51,7 +51,6 @@ suite:test("throughput of the CPU", { limit = 300 }, function(t)
       robots = 1, effects = "all" })
     t:ok(row.springs_per_second > 1e5, precision)
   end
-  t:ok(row_of(t, rows, { effects = "limax run walk.lua" }).seconds_per_generation > 0)
 end)
 
 suite:test("effects: each one, all but each, and all", { limit = 60 }, function(t)

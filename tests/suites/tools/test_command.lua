@@ -277,23 +277,16 @@ return require("limax").experiment { lattice = { 3, 2, 2 }, fitness = "walk",
   t:equal(status, 0)
   -- on a GPU a line about a compiled kernel comes first
   local facts, names = host.json.decode(text:match "{.*}", "doctor"), {}
-  for i, effect in ipairs(facts.effects) do
-    names[i] = effect.name
-    t:ok(effect.cost > -1 and effect.cost < 1, effect.name)
-  end
+  for i, effect in ipairs(facts.effects) do names[i] = effect.name end
   t:equal(names, { "gravity", "friction", "planes", "terrain" })
   t:equal(facts.effects[3].fields[2].offset, -2)
-  t:ok(facts.springs > 0 and facts.step > 0 and facts.noise >= 0)
   t:ok(facts.runs.passes or facts.runs.path)
   -- a drive whose periods are few steps
   scene_of ", damping = true, actuation = { frequency = 500 }"
   text, status = limax("doctor", "--scene", file)
   t:equal(status, 0)
-  contains(t, text, "planes[2]", "us per step on one CPU thread, within ",
-    "share of a step that is saved without it", "heights 3 x 2 m",
+  contains(t, text, "planes[2]", "heights 3 x 2 m",
     "at 500 Hz a period is 10 steps of 0.0002 s, fewer than 20")
-  -- nothing below the noise of the measurement is printed as a gain
-  t:ok(not text:find "\n *%-%d+ %%", text)
   t:ok(host.file.write_atomic(file, "return 1"))
   text, status = limax("doctor", "--scene", file)
   t:equal(status, 2)

@@ -6,7 +6,6 @@ local engine = require "limax.engine"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
 local terminal = require "limax.base.terminal"
-local timing = require "limax.tools.bench.timing"
 
 local effects = {}
 
@@ -85,7 +84,7 @@ function effects.run(how)
     for _, name in ipairs(KERNEL) do rows[i][name] = case.facts[name] end
   end
   -- one thread: processor time does not contain a busy machine's other work
-  for i, rate in ipairs(timing.best_rates(timed, ROUNDS, on_cpu and os.clock or nil)) do
+  for i, rate in ipairs(cases.best_rates(timed, ROUNDS, on_cpu and os.clock or nil)) do
     rows[i].seconds_per_step = timed[i].springs * robots / rate
     timed[i].free()
   end

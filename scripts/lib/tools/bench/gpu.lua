@@ -7,7 +7,6 @@ local cases = require "limax.tools.bench.cases"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
 local terminal = require "limax.base.terminal"
-local timing = require "limax.tools.bench.timing"
 
 local gpu = {}
 
@@ -58,7 +57,7 @@ local function measured(materials, entry, device, seconds)
   local case = cases.endless(materials, { lattice = { entry.edge, entry.edge, entry.edge },
     count = entry.robots, scene = entry.scene, integrator = "leapfrog",
     precision = entry.precision, device = device, seconds = seconds })
-  local rate = timing.best_rates({ case }, ROUNDS)[1]
+  local rate = cases.best_rates({ case }, ROUNDS)[1]
   case.free()
   return case, rate
 end

@@ -1,17 +1,12 @@
 --- throughput.lua: `limax bench throughput`: springs per second. On the CPU of full 5x5x5 bodies:
---- each integrator and precision with all effects, then by threads; on a GPU see gpu.lua. Then the
---- cost of whole runs.
+--- each integrator and precision with all effects, then by threads; on a GPU see gpu.lua.
 
 local bodies = require "limax.tools.bench.bodies"
 local cases = require "limax.tools.bench.cases"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
-local ffi = require "ffi"
 local gpu = require "limax.tools.bench.gpu"
-local host = require "limax.host"
-local shell = require "limax.base.shell"
 local terminal = require "limax.base.terminal"
-local timing = require "limax.tools.bench.timing"
 
 local throughput = {}
 
@@ -23,56 +18,6 @@ local ROUNDS = 5
 ---@class limax.bench_result
 ---@field columns string[]
 ---@field rows table[]
-
--- ---- whole runs ---------------------------------------------------------------------------------
-
-ffi.cdef [[
-struct limax_bench_rusage { long times[4]; long max_resident; long others[13]; };
-int getrusage(int who, struct limax_bench_rusage *usage);
-]]
-local CHILDREN = -1 -- RUSAGE_CHILDREN
-
--- Wall time of a `limax run`, s, and the largest resident memory of any child so far, bytes.
-local function run_command(words)
-  local quoted = {}
-  for i, word in ipairs { host.executable, "run", unpack(words) } do
-    quoted[i] = shell.quoted(word)
-  end
-  local folder, message = host.file.temporary()
-  if not folder then failure.raise(1, message) end
-  local began = host.clock()
-  local pipe = assert(io.popen(('%s --out %s/run -q 2>&1; echo "status $?"'):format(
-    table.concat(quoted, " "), shell.quoted(folder))))
-  local text = pipe:read "*a"
-  pipe:close()
-  local seconds = host.clock() - began
-  host.file.remove_temporary(folder)
-  host.raise_if_interrupted()
-  if not text:find "status 0\n$" then failure.raise(1, "limax run failed: " .. text) end
-  local usage = ffi.new "struct limax_bench_rusage"
-  ffi.C.getrusage(CHILDREN, usage)
-  return seconds, 1024 * tonumber(usage.max_resident)
-end
-
--- The seconds of a generation of `limax run walk.lua`, and the memory of a large population.
-local function whole_runs(how, rows)
-  local runs = { { generations = 2, robots = 30 } }
-  if how.full then runs[2] = { generations = 1, robots = 1000 } end
-  how.say ""
-  for _, row in ipairs(runs) do
-    local seconds, peak = run_command { host.home .. "/scripts/experiments/walk.lua",
-      "--device", how.device.kind, "--threads", tostring(how.device.threads),
-      "--set", "generations=" .. row.generations, "--set", "population=" .. row.robots,
-      "--set", "lattice=[5,5,5]" }
-    row.effects, row.threads = "limax run walk.lua", how.device.threads
-    row.seconds_per_generation, row.peak_bytes = seconds / row.generations, peak
-    rows[#rows + 1] = row
-    how.say(("limax run walk.lua, %d robots, generations %d: %.3g s each, %.0f MB at most"):format(
-      row.robots, row.generations, row.seconds_per_generation, peak / 1e6))
-  end
-end
-
--- ---- the CPU ------------------------------------------------------------------------------------
 
 -- The outcome of a run that ends before chaos.
 local function short_run(materials, integrator, precision, device)
@@ -139,7 +84,7 @@ local function on_cpu(how)
   local on_one = add("leapfrog", "compensated", one, robots)
   local on_all = add("leapfrog", "compensated", how.device, robots)
 
-  for i, rate in ipairs(timing.best_rates(list, ROUNDS)) do
+  for i, rate in ipairs(cases.best_rates(list, ROUNDS)) do
     rows[i].springs_per_second = rate
     list[i].free()
   end
@@ -155,13 +100,6 @@ local function on_cpu(how)
     "springs_per_second", "relative_to_default" } }
 end
 
-function throughput.run(how)
-  local result = how.device.kind == "cuda" and gpu.run(how) or on_cpu(how)
-  whole_runs(how, result.rows)
-  for _, column in ipairs { "generations", "seconds_per_generation", "peak_bytes" } do
-    result.columns[#result.columns + 1] = column
-  end
-  return result
-end
+function throughput.run(how) return how.device.kind == "cuda" and gpu.run(how) or on_cpu(how) end
 
 return throughput

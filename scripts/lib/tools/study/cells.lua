@@ -3,8 +3,7 @@
 local evolve = require "limax.evolution.evolve"
 local experiments = require "limax.experiment.experiment"
 local failure = require "limax.base.failure"
-local model_arms = require "limax.tools.study.model_arms"
-local record = require "limax.evolution.record"
+local journal = require "limax.run.journal"
 local resume = require "limax.run.resume"
 local run_config = require "limax.run.config"
 local run_folder = require "limax.run.folder"
@@ -82,15 +81,6 @@ function cells.run(options)
   return cells.result(path)
 end
 
--- The run of a cell that is done, with its history.
-local function reread(study, cell)
-  local run = evolve.start(cells.experiment(study, cell), { repetition = cell.repetition,
-    device = study.device, say = function() end,
-    folder = runs.read(study.out .. "/" .. cell.path).reader })
-  record.restore(run, record.kept(run))
-  return run
-end
-
 --- An experiment of a study. It has no script of its own: only the study can resume its runs.
 function cells.experiment_of(options)
   local experiment = experiments.new(options)
@@ -108,9 +98,6 @@ function cells.experiment(study, cell)
   if arm.reads then
     options.supervisor = { arm.reads, run = study.out .. "/" .. donor.path,
       repetition = donor.repetition }
-  elseif arm.blind then
-    options.supervisor = source.copy(arm.supervisor)
-    options.supervisor.context = model_arms.history_of(reread(study, donor))
   end
   local tuned = arm.tuned and study.tuned[cell.repetition]
   if tuned then

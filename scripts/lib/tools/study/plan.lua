@@ -3,7 +3,7 @@
 --- populations and the budget of evaluations are the same in all.
 
 local failure = require "limax.base.failure"
-local model_arms = require "limax.tools.study.model_arms"
+local source = require "limax.base.source"
 local suggest = require "limax.engine.suggest"
 
 local plan = {}
@@ -16,13 +16,27 @@ local plan = {}
 ---@field reads? string name of the supervisor that reads the donor's run
 ---@field tuned? boolean breeding is tuned first, from the same budget
 ---@field asks? boolean asks a language model
----@field blind? boolean is shown the donor's history instead of its own
 
 ---@class limax.study.cell
 ---@field arm limax.study.arm
 ---@field repetition integer
 ---@field path string of its run folder, below the study's
 ---@field donor? limax.study.cell
+
+--- Estimated tokens of one question and answer, with the default prompt.
+plan.TOKENS = 3300
+
+-- The arms that ask a language model. The fallback is `keep`, so that no other supervisor's work is
+-- counted as the model's.
+local function model_arms(materials, both)
+  local function arm(name, supervision, options)
+    local supervisor = source.copy(options or {})
+    supervisor[1], supervisor.fallback = "llm", "keep"
+    return { name = name, asks = true, supervisor = supervisor, supervision = supervision }
+  end
+  return { arm "llm", arm("llm_materials", materials), arm("llm_both", both),
+    arm("llm_paper", nil, { prompt = "paper.md", context = "paper" }) }
+end
 
 -- Elites decrease from half of the population to one, mutations to a tenth, as in EvoGym's genetic
 -- algorithm and in annealing; `last` is the last generation.
@@ -52,7 +66,7 @@ function plan.arms(config, with_model)
     { name = "rules", supervisor = "rules" },
   }
   if with_model then
-    for _, arm in ipairs(model_arms.list(materials, both)) do list[#list + 1] = arm end
+    for _, arm in ipairs(model_arms(materials, both)) do list[#list + 1] = arm end
   end
   for _, name in ipairs { "constant_median", "yoked", "shuffled" } do
     list[#list + 1] = { name = name, reads = name }
@@ -85,16 +99,13 @@ function plan.choose(arms, names)
   end
   local donor = donor_arm(chosen)
   for _, arm in ipairs(chosen) do
-    if arm.reads and not donor or arm.blind and donor ~= "llm" then
-      failure.raise(2, ("study: %s reads the runs of %s, which is not among the arms"):format(
-        arm.name, arm.blind and "llm" or "llm or rules"))
+    if arm.reads and not donor then
+      failure.raise(2, ("study: %s reads the runs of llm or rules, which is not among the arms")
+        :format(arm.name))
     end
   end
   return chosen
 end
-
---- The repetition whose parameters a repetition reads: the next one, the first for the last.
-function plan.donor_of(repetition, repetitions) return repetition % repetitions + 1 end
 
 --- All cells, donors before the cells that read them, repetition by repetition, so that a study
 --- that is stopped has complete repetitions.
@@ -104,13 +115,11 @@ function plan.cells(arms, repetitions)
   for _, reading in ipairs { false, true } do
     for repetition = 1, repetitions do
       for _, arm in ipairs(arms) do
-        if reading == (arm.reads ~= nil or arm.blind == true) then
+        if reading == (arm.reads ~= nil) then
           local cell = { arm = arm, repetition = repetition,
             path = ("%s/r%02d"):format(arm.name, repetition) }
-          if reading then
-            local from = cell_of[arm.blind and "llm" or donor]
-            cell.donor = from[plan.donor_of(repetition, repetitions)]
-          end
+          -- the next repetition, the first for the last
+          cell.donor = reading and cell_of[donor][repetition % repetitions + 1] or nil
           cell_of[arm.name][repetition] = cell
           list[#list + 1] = cell
         end

@@ -13,7 +13,6 @@ local experiments = require "limax.experiment.experiment"
 local failure = require "limax.base.failure"
 local folder = require "limax.tools.compare.folder"
 local host = require "limax.host"
-local model_arms = require "limax.tools.study.model_arms"
 local options = require "limax.base.options"
 local outcome = require "limax.tools.compare.outcome"
 local output = require "limax.base.output"
@@ -62,7 +61,7 @@ function study.new(settings)
     failure.raise(2, "a study needs at least two repetitions: some arms read another one")
   end
   local with_model = settings.with_model
-  if with_model == nil then with_model = model_arms.available() end
+  if with_model == nil then with_model = (os.getenv "LIMAX_LLM_URL" or "") ~= "" end
   local experiment, generations = resolve(settings)
   local arms_of_study = plan.choose(plan.arms(experiment.config, with_model), settings.arms)
   local say, warned = settings.say or print_line, {}
@@ -112,7 +111,7 @@ local function cost_of(self)
     local bred = math.ceil((1 - self.config.breeding.elite_fraction) * population)
     local answers = asking * math.ceil((self.evaluations - population) / bred)
     tokens = ("about %.2g million for %d answers, whose time is not included"):format(
-      answers * model_arms.TOKENS / 1e6, answers)
+      answers * plan.TOKENS / 1e6, answers)
   end
   return table.concat({
     ("%d arms (%s), %d repetitions: %d of %d runs left"):format(#names, table.concat(names, " "),
@@ -132,8 +131,8 @@ local function write_list(self)
     local tuned = cell.arm.tuned and self.tuned[cell.repetition]
     list[k] = { path = cell.path, arm = cell.arm.name, repetition = cell.repetition,
       tuning_evaluations = tuned and tuned.evaluations or nil,
-      donor = cell.donor and ("%s of another repetition of %s"):format(
-        cell.arm.blind and "history" or "parameters", cell.donor.arm.name) or nil,
+      donor = cell.donor
+        and ("parameters of another repetition of %s"):format(cell.donor.arm.name) or nil,
       donor_repetition = cell.donor and cell.donor.repetition or nil }
   end
   local made, message = host.file.mkdir(self.out)

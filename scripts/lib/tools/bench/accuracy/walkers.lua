@@ -2,6 +2,7 @@
 --- (the first generation) and evolved ones (the last generation under the tier `evolve`); and the
 --- price of settings on the same robots.
 
+local cases = require "limax.tools.bench.cases"
 local engine = require "limax.engine"
 local evolve = require "limax.evolution.evolve"
 local host = require "limax.host"
@@ -9,7 +10,6 @@ local rescore = require "limax.evolution.rescore"
 local script = require "limax.base.script"
 local settings = require "limax.settings.settings"
 local tiers = require "limax.settings.tiers"
-local timing = require "limax.tools.bench.timing"
 
 local walkers = {}
 
@@ -75,7 +75,7 @@ end
 ---@param seconds number of one round
 ---@return table<integer, number>
 function walkers.prices(robots, list, seconds)
-  local world, cases, simulations = robots.world, {}, {}
+  local world, slices, simulations = robots.world, {}, {}
   local rate = settings.base_rate(world.config.record)
   for k, setting in ipairs(list) do
     local options = rescore.options(world.config, setting)
@@ -86,7 +86,7 @@ function walkers.prices(robots, list, seconds)
     -- the first slice measures the time of a step
     simulation:advance(seconds / 4)
     local before = simulated(simulation, #robots)
-    cases[k] = { run = function()
+    slices[k] = { run = function()
       simulation:advance(seconds)
       local done = simulated(simulation, #robots) - before
       before = before + done
@@ -94,7 +94,7 @@ function walkers.prices(robots, list, seconds)
     end }
   end
   local prices = {}
-  for k, speed in ipairs(timing.best_rates(cases, ROUNDS)) do
+  for k, speed in ipairs(cases.best_rates(slices, ROUNDS)) do
     prices[k] = speed > 0 and 1 / speed or nil
     simulations[k]:free "its price was measured"
   end
