@@ -16,7 +16,7 @@ local command = {
     .. "its own process: a test that crashes, or loops beyond its limit, is ended and fails, and\n"
     .. "those after it run. Exits 1 if a test failed or a suite did not load.",
   positional = { name = "FILE" },
-  exclusive = { { "tap", "json", "json-seq" } },
+  exclusive = { { "json", "json-seq" } },
   options = {
     { name = "filter", argument = "PATTERN",
       text = "only tests whose \"SUITE: TEST\" contains this, literally or as a Lua pattern" },
@@ -24,20 +24,15 @@ local command = {
       text = "only tests with one of these tags; --tags=-slow excludes those tagged slow" },
     { name = "only", argument = "TITLE", many = true,
       text = "only this \"SUITE: TEST\"; may be repeated" },
-    { name = "shuffle", argument = "SEED", kind = "integer", minimum = 0,
-      text = "run in an order shuffled by this number; 0 picks one and prints it" },
     { name = "jobs", short = "j", argument = "N", kind = "integer", minimum = 1, maximum = 1024,
       value = 1, text = "files to run at a time" },
     { name = "limit", argument = "S", kind = "number", minimum = 0.001,
       text = "seconds that a test may take if it sets no limit" },
     { name = "one-process", text = "run in this process, for a debugger: a limit ends only "
       .. "simulations" },
-    { name = "update-golden", text = "record golden values that are new or differ, and show how; "
-      .. "without limits" },
-    { name = "reason", argument = "TEXT",
-      text = "why they differ, stored in their files; asked for at a terminal" },
+    { name = "update-golden", text = "record golden values that are new or differ, and show how" },
+    { name = "reason", argument = "TEXT", text = "why they differ, stored in their files" },
     { name = "list", text = "print the tests and run none" },
-    { name = "tap", text = "print TAP version 13" },
     { name = "json", text = "print a line of JSON for each file and test" },
     { name = "json-seq", text = "the same from this process, a record separator before each "
       .. "(RFC 7464)" },
@@ -96,20 +91,13 @@ local function choice_of(arguments)
   return choice
 end
 
--- How goldens are recorded: with --reason, or with an answer at the terminal.
+-- How goldens are recorded.
 local function update_of(arguments)
   if not arguments.update_golden then
     if arguments.reason then failure.raise(2, "--reason goes with --update-golden") end
     return nil
   end
-  return {
-    reason = arguments.reason,
-    ask = function(text)
-      if not host.terminal().stdin then return nil end
-      io.stderr:write(text, "\nwhy does it change (empty: it is not recorded)? ")
-      return io.read "*l"
-    end,
-  }
+  return { reason = arguments.reason }
 end
 
 -- Refuses several jobs where one process runs all tests.
@@ -131,17 +119,14 @@ local function reporters_of(arguments)
     io.stdout:write(text)
     io.stdout:flush()
   end
-  local for_programs = arguments.tap or arguments.json
   local function echo(text, is_error)
-    local stream = (is_error or for_programs) and io.stderr or io.stdout
+    local stream = (is_error or arguments.json) and io.stderr or io.stdout
     stream:write(text)
     stream:flush()
     if stream == io.stdout then within_line = text:sub(-1) ~= "\n" end
   end
   local shown
-  if arguments.tap then
-    shown = report.tap(write)
-  elseif arguments.json or arguments.json_seq then
+  if arguments.json or arguments.json_seq then
     shown = report.json(write, arguments.json_seq and processes.SEPARATOR or "")
   else
     shown = report.plain(arguments.quiet, write, terminal.style())
@@ -154,19 +139,13 @@ end
 function command.run(arguments)
   local paths, choice, update = paths_of(arguments), choice_of(arguments), update_of(arguments)
   check_jobs(arguments)
-  local seed = arguments.shuffle
-  if seed == 0 then seed = 1 + math.floor(host.clock() * 1e6) % 999999 end
   local files = {}
   for i, path in ipairs(runner.files(paths)) do files[i] = runner.load(path) end
-  local plan = runner.plan(files, choice, seed)
+  local plan = runner.plan(files, choice)
   if arguments.list then return list(plan) end
   -- fails early if the environment's number of threads is invalid
   engine.device("cpu"):free()
 
-  -- a parent prints it for its children
-  if seed and not arguments.json_seq then
-    io.stderr:write(("limax: --shuffle %d\n"):format(seed))
-  end
   local reporters, echo = reporters_of(arguments)
   local counts = { event = "end", passed = 0, failed = 0, skipped = 0 }
   local function take(event)
@@ -178,8 +157,7 @@ function command.run(arguments)
   if update or arguments.one_process or arguments.json_seq then
     runner.run_all(plan, update, take)
   else
-    processes.run_all(plan,
-      { jobs = arguments.jobs, choice = choice, seed = seed, echo = echo }, take)
+    processes.run_all(plan, { jobs = arguments.jobs, choice = choice, echo = echo }, take)
   end
   take(counts)
   if counts.passed + counts.failed + counts.skipped == 0 then

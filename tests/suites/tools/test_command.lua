@@ -87,18 +87,6 @@ printing:test("suites that do not load, and misuse at its line", function(t)
   t:ok(not output:find("runner.lua", 1, true), output)
 end)
 
-printing:test("TAP", function(t)
-  local path = trial(t, MIXED)
-  local output, status = limax("test", path, "--tap")
-  t:equal(status, 1)
-  t:equal(output, table.concat({
-    "TAP version 13", "1..3", "# " .. path,
-    "ok 1 - trial: passes & <notes> \\# 1", "# a \"note\"\1",
-    "not ok 2 - trial: it's out [of luck]", "  ---", "  message: |",
-    ("    %s:3: no ? luck"):format(path), "  ...", "ok 3 - trial: waits # SKIP not today", "",
-  }, "\n"))
-end)
-
 printing:test("lines of JSON, and a JSON text sequence mixed with what tests print", function(t)
   local path = trial(t, [[
 suite:test("fails", { limit = 5 }, function(t) t:note "n"; t:ok(false, "no luck") end)
@@ -174,9 +162,9 @@ printing:test("refuses options that it cannot follow", function(t)
   local folder = t:folder()
   for _, bad in ipairs {
     { "there is no file or folder /nowhere", "/nowhere" }, { "holds no .lua file", folder },
-    { "unknown option --taps", "--taps" }, { "is not a Lua pattern", "--filter=(" },
+    { "unknown option --tap", "--tap" }, { "is not a Lua pattern", "--filter=(" },
     { "--jobs: expected a whole number from 1 to 1024, got 0", "--jobs=0" },
-    { "--tap and --json exclude each other", "--tap", "--json" },
+    { "--json and --json-seq exclude each other", "--json", "--json-seq" },
     { "--reason goes with --update-golden", "--reason=why" },
     { "--junit: cannot ", "--junit=/nowhere/results.xml", trial(t, "") },
   } do

@@ -111,23 +111,6 @@ suite:test("swapped", function(t) t:raises(function() end, "text") end)
     'a test\'s t has no "okay"', "raises: write t:raises(", "\n0 passed, 4 failed, 0 skipped\n")
 end)
 
-running:test("a shuffled order repeats by its number", function(t)
-  local lines = {}
-  for i = 1, 12 do lines[i] = ('suite:test("%d", function(t) t:ok(true) end)\n'):format(i) end
-  local path = trial(t, table.concat(lines))
-  local function order(...)
-    local list, output = {}, limax("test", path, "--tap", ...)
-    for name in output:gmatch "ok %d+ %- trial: (%d+)" do list[#list + 1] = tonumber(name) end
-    return list, output
-  end
-  local shuffled = order "--shuffle=7"
-  t:equal(order "--shuffle=7", shuffled)
-  t:ok(table.concat(shuffled, " ") ~= table.concat(order(), " "))
-  table.sort(shuffled)
-  t:equal(shuffled, order())
-  t:ok(select(2, order "--shuffle=0"):find "%-%-shuffle [1-9]")
-end)
-
 running:test("a statistic fails if chance does not explain it", function(t)
   local path = trial(t, [[
 local engine = require "limax.engine"

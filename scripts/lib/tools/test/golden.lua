@@ -119,7 +119,6 @@ end
 
 ---@class limax.golden_update
 ---@field reason string|nil why goldens change
----@field ask fun(text: string): string|nil asks the user, if there is a terminal
 
 -- The worst differences, a line each.
 local function listed(differences)
@@ -155,7 +154,6 @@ local function record(request, values, old, update)
       old.changes
     if not change then return nil end
     local reason = update.reason
-      or update.ask(("golden %s of %s: %s"):format(request.name, request.test, change))
     if not reason or not reason:find "%S" then
       return ("golden %s: %s\nit is not recorded: an update needs a reason, "
         .. "limax test --update-golden --reason \"...\""):format(request.name, change)

@@ -30,7 +30,6 @@ local function words_of(path, only, options)
   end
   local choice = options.choice
   add("limit", choice.limit and ("%.17g"):format(choice.limit))
-  add("shuffle", options.seed)
   if only then
     for _, instance in ipairs(only) do add("only", runner.title(instance)) end
   else
@@ -180,7 +179,6 @@ end
 ---@class limax.test_processes_options
 ---@field jobs integer processes at a time
 ---@field choice limax.test_choice
----@field seed integer|nil of a shuffled order
 ---@field echo fun(text: string, is_error: boolean) prints what tests print themselves
 
 --- Runs a plan.

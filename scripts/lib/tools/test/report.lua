@@ -1,5 +1,5 @@
---- report.lua: what `limax test` prints: plain lines for people; TAP version 13, lines of JSON and
---- JUnit's XML for programs. A reporter is a function that takes events: tables with `event`
+--- report.lua: what `limax test` prints: plain lines for people; lines of JSON and JUnit's XML for
+--- programs. A reporter is a function that takes events: tables with `event`
 --- "begin", "file", "start" (of a test), "test" (its result) and "end". Times in seconds.
 
 local failure = require "limax.base.failure"
@@ -135,35 +135,6 @@ function report.plain(quiet, write, style)
 end
 
 -- ---- for programs ------------------------------------------------------------------------------
-
---- TAP version 13.
-function report.tap(write)
-  local number = 0
-  local function line(fine, name, directive)
-    number = number + 1
-    -- a '#' would begin a directive
-    write(("%sok %d - %s%s\n"):format(fine and "" or "not ", number,
-      name:gsub("[\r\n]+", " "):gsub("#", "\\#"), directive or ""))
-  end
-  local function detail(text)
-    write("  ---\n  message: |\n" .. indented(text, "    ") .. "\n  ...\n")
-  end
-  return reporter {
-    begin = function(plan) write(("TAP version 13\n1..%d\n"):format(plan.total)) end,
-    file = function(file)
-      write(("# %s\n"):format(file.path))
-      if not file.failure then return end
-      line(false, file.path .. " does not load")
-      detail(file.failure)
-    end,
-    test = function(result)
-      line(result.status ~= "failed", title(result), result.status == "skipped"
-        and " # SKIP " .. result.text:gsub("[\r\n]+", " ") or nil)
-      if result.status == "failed" then detail(failure_text(result)) end
-      for _, note in ipairs(result.notes) do write(indented(note, "# ") .. "\n") end
-    end,
-  }
-end
 
 local function valid(value)
   if type(value) == "string" then return valid_text(value) end

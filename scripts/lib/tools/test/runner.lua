@@ -1,5 +1,5 @@
 --- runner.lua: loads suite files, makes an instance of each test for every combination of its
---- matrix, and runs the chosen ones in the order of the file or in a shuffled one.
+--- matrix, and runs the chosen ones in the order of the file.
 
 local axes = require "limax.tools.test.axes"
 local choices = require "limax.base.choice"
@@ -209,8 +209,7 @@ local function run(file, instance, state)
     fixtures = instance.fixtures, state = state, witness = seen,
   }
   if not result then
-    -- recording goldens may wait for the user's answer
-    local limit = not state.update and instance.limit or nil
+    local limit = instance.limit
     engine.limit_time(limit)
     seen:begin()
     local fine, value, trace = without_exit(host.protect, instance.case.run, t)
@@ -233,34 +232,20 @@ local function run(file, instance, state)
   return result
 end
 
--- A shuffled list; the same seed and name give the same order.
-local function shuffled(list, seed, name)
-  local random = engine.random(seed, 1, "user", 0, tonumber(host.sha256(name):sub(1, 7), 16))
-  local copy = { unpack(list) }
-  for i = #copy, 2, -1 do
-    local j = random:integer(i)
-    copy[i], copy[j] = copy[j], copy[i]
-  end
-  return copy
-end
-
 ---@class limax.test_plan
 ---@field files { file: limax.suite_file, instances: limax.test_instance[] }[]
 ---@field total integer tests, and files that do not load
 
---- The chosen tests, file by file, in the order in which they run.
+--- The chosen tests, file by file, in their order.
 ---@param files limax.suite_file[]
 ---@param choice limax.test_choice
----@param seed integer|nil of a shuffled order, of the files and of the tests of each
 ---@return limax.test_plan
-function runner.plan(files, choice, seed)
+function runner.plan(files, choice)
   local plan = { files = {}, total = 0 }
-  for _, file in ipairs(seed and shuffled(files, seed, "files") or files) do
+  for _, file in ipairs(files) do
     local instances = {}
-    -- shuffled before they are chosen: a choice runs in the same order
-    for _, instance in ipairs(seed and shuffled(file.instances, seed, file.path)
-      or file.instances) do
-      if not file.failure and runner.chosen(instance, choice) then
+    for _, instance in ipairs(file.failure and {} or file.instances) do
+      if runner.chosen(instance, choice) then
         instance.limit = instance.case.limit or choice.limit
         table.insert(instances, instance)
       end
