@@ -13,7 +13,7 @@ local suggest = require "limax.engine.suggest"
 
 local exit_usage = 2
 
-local BENCHES = { "accuracy", "blow-ups", "effects", "stability", "throughput" }
+local BENCHES = { "accuracy", "effects", "stability", "throughput" }
 
 local OPTIONS = {
   { name = "json", argument = "FILE", text = "also write the rows as JSON" },
@@ -32,12 +32,6 @@ local OPTIONS = {
     .. " this" },
   { name = "fraction", argument = "F", of = "stability", kind = "number", minimum = 0.01,
     maximum = 0.99, text = "of the step's bound, for cases with no choice of their own; 0.9" },
-  { name = "cases", argument = "N", of = "blow-ups", kind = "integer", minimum = 1, maximum = 1e9,
-    text = "number of random cases; 1024 if left out" },
-  { name = "first", argument = "N", of = "blow-ups", kind = "integer", minimum = 1, maximum = 1e9,
-    text = "number of the first case; 1 if left out" },
-  { name = "case", argument = "N", of = "blow-ups", kind = "integer", minimum = 1, maximum = 1e9,
-    text = "run only this case, and print its robot and scene" },
   { name = "duration", argument = "S", of = "accuracy", kind = "number", minimum = 0.1,
     maximum = 1000, text = "of the walks; 1.5 s if left out, with --full as in their scripts" },
 }
@@ -62,7 +56,7 @@ local function run(arguments)
   end
   arguments.device = device
   arguments.say = function(text) output.write(text, "\n") io.flush() end
-  local result = require("limax.tools.bench." .. name:gsub("-", "_")).run(arguments)
+  local result = require("limax.tools.bench." .. name).run(arguments)
   result.schema = "limax.bench/1"
   result.bench = name
   result.environment = host.environment()
@@ -80,9 +74,8 @@ return {
     .. "effects, and the speed-up by threads; on a GPU by population, lattice and precision, with\n"
     .. "the kernel that served each.\n"
     .. "effects measures the time of a step with each effect, all but each, and all.\n"
-    .. "stability runs the hard cases in every precision, with every integrator, as one table;\n"
-    .. "blow-ups searches for random robots that diverge at the automatic step. Both exit 1 if\n"
-    .. "they find a failure.\n"
+    .. "stability runs the hard cases in every precision, with every integrator, as one table,\n"
+    .. "and exits 1 if it finds a failure.\n"
     .. "accuracy measures what accuracy costs: how well walkers keep their order under cheap\n"
     .. "integrators, precisions and steps; two minutes on two cores.",
   positional = { name = "NAME", least = 1, most = 1 },

@@ -1,7 +1,6 @@
 --- bench.lua: `limax bench`: what each bench measures, and the same rows as a table, CSV and JSON.
 
 local agreement = require "limax.tools.bench.agreement"
-local blow_ups = require "limax.tools.bench.blow_ups"
 local bodies = require "limax.tools.bench.bodies"
 local context = require "limax.tools.bench.hard_cases.context"
 local engine = require "limax.engine"
@@ -80,7 +79,7 @@ suite:test("refuses what it cannot measure", function(t)
   for _, bad in ipairs {
     { { "effect" }, 'unknown bench "effect"; did you mean "effects"?', 2 },
     { { "effects", "--device", "cuda" }, "device 'cuda': ", 1 },
-    { { "stability", "--cases", "5" }, "--cases belongs to limax bench blow-ups", 2 },
+    { { "stability", "--duration", "5" }, "--duration belongs to limax bench accuracy", 2 },
   } do
     local done = process.ends(t:folder(), { "bench", unpack(bad[1]) },
       { before = "CUDA_VISIBLE_DEVICES=" })
@@ -151,33 +150,5 @@ suite:test("stability: invariants detect divergence and energy from nowhere", fu
       end }
   end)
 end)
-
--- ---- blow-ups ----------------------------------------------------------------------------------
-
-local function search(t, first, cases)
-  return blow_ups.search({ device = t.device, first = first, cases = cases,
-    say = function(text) t:note(text) end }).cases
-end
-
-suite:test("blow-ups: a number gives the same robot by itself and in its batch",
-  { devices = "all", limit = 120 }, function(t)
-    t:equal(search(t, 60, 10), { first = 60, count = 10, diverged = 0, step = 0 })
-    local one = blow_ups.describe(70)
-    t:same_bits(one, blow_ups.describe(70))
-    t:equal(one.simulation, blow_ups.describe(65).simulation)
-    local other = blow_ups.describe(71)
-    t:ok(host.json.encode(one.robot.weights) ~= host.json.encode(other.robot.weights))
-    local done = process.completes(t, t:folder(),
-      { "bench", "blow-ups", "--case", "3", "--device", "cpu" })
-    t:ok(done.stdout:find('"scene": {', 1, true) and done.stdout:find("1 cases from 3", 1, true))
-  end)
-
-for count, tags in pairs { [64] = {}, [10000] = { "full" } } do
-  suite:test(("blow-ups: the step causes none of %d random robots' divergence"):format(count),
-    { devices = "all", tags = tags }, function(t)
-      local cases = search(t, 1, count)
-      t:equal({ cases.count, cases.step }, { count, 0 })
-    end)
-end
 
 return suite

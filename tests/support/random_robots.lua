@@ -1,16 +1,15 @@
---- blow_ups.lua: `limax bench blow-ups`: a random search for robots that diverge at the automatic
---- step. Case N depends only on N: scene, materials and settings of its batch of 64, and its own
---- body. Soft, heavy bodies that hit the ground at 100 m/s stretch to many times their length, at
---- any step; so the limits of stretch and speed are very large, and only what grows without end
---- diverges. A diverged case runs again at an eighth of the step: if it ends well, the step is the
---- cause. SI units.
+--- random_robots.lua: a random search for robots that diverge at the automatic step. Case N
+--- depends only on N: scene, materials and settings of its batch of 64, and its own body. Soft,
+--- heavy bodies that hit the ground at 100 m/s stretch to many times their length, at any step; so
+--- the limits of stretch and speed are very large, and only what grows without end diverges. A
+--- diverged case runs again at an eighth of the step: if it ends well, the step is the cause.
+--- SI units.
 
 local engine = require "limax.engine"
 local host = require "limax.host"
-local robot_file = require "limax.robot.robot_file"
 local source = require "limax.base.source"
 
-local blow_ups = {}
+local random_robots = {}
 
 local BATCH = 64
 local SEED, REPETITION = 20240501, 1 -- arbitrary; part of the definition of a case
@@ -21,13 +20,10 @@ local STRONGEST = 100 -- m/s^2, of gravity
 -- that two seconds take 10^4 steps.
 local LEAST_PERIOD = 1e-3
 local FINER = 8
-local DEFAULT_CASES = 1024 -- half a minute on two cores
 -- limits of stretch and speed, m/s
 local LONGEST, WILDEST = 1e6, 1e8
 -- batches that run on a device at a time
 local TOGETHER = { cpu = 1, cuda = 32 }
-
-local COLUMNS = { "case", "reason", "step", "time", "time_step", "finer", "blame" }
 
 -- Few, because each needs a kernel on a GPU.
 local LATTICES = { { 1, 1, 1 }, { 2, 2, 2 }, { 3, 3, 3 }, { 4, 4, 4 }, { 5, 5, 5 }, { 6, 1, 1 },
@@ -258,57 +254,32 @@ local function run_batches(numbers, first, last, device, rows)
   end
 end
 
---- Case N as the table of a robot file, with its scene and settings.
-function blow_ups.describe(number)
-  local batch = draw_batch(math.floor((number - 1) / BATCH))
-  local index = (number - 1) % BATCH + 1
-  local population = population_of(batch, index, index)
-  local description = robot_file.describe(population, 1, batch.materials, EDGE)
-  description.schema = nil
-  return { case = number, scene = engine.scene(batch.scene):table(), simulation = batch.options,
-    robot = description }
-end
-
 --- Runs cases first .. first + cases - 1.
----@param how { device: limax.device, first: integer, cases: integer, say: fun(text: string) }
----@return limax.bench_result failed if the step is the cause of a divergence
-function blow_ups.search(how)
-  local rows, started, last, caused = {}, host.clock(), how.first + how.cases - 1, 0
-  local numbers, printed = {}, 0
+---@return table[] those that diverged
+function random_robots.search(device, first, cases)
+  local rows, numbers, last = {}, {}, first + cases - 1
   local final = math.floor((last - 1) / BATCH)
-  for number = math.floor((how.first - 1) / BATCH), final do
+  for number = math.floor((first - 1) / BATCH), final do
     numbers[#numbers + 1] = number
-    if #numbers == TOGETHER[how.device.kind] or number == final then
-      run_batches(numbers, how.first, last, how.device, rows)
-      for i = printed + 1, #rows do
-        local row = rows[i]
-        caused = caused + (row.blame == "step" and 1 or 0)
-        how.say(("case %d: %s at step %d, %.4g s; at an eighth of the step: %s"):format(row.case,
-          row.reason, row.step, row.time, row.finer))
-      end
-      numbers, printed = {}, #rows
+    if #numbers == TOGETHER[device.kind] or number == final then
+      run_batches(numbers, first, last, device, rows)
+      numbers = {}
       collectgarbage "collect"
     end
   end
-  how.say(("%d cases from %d in %.0f s: %d diverged; the step is the cause of %d, %d diverge at an "
-    .. "eighth of it too"):format(how.cases, how.first, host.clock() - started, #rows, caused,
-    #rows - caused))
-  return { columns = COLUMNS, rows = rows, cases = { first = how.first, count = how.cases,
-    diverged = #rows, step = caused }, failed = caused > 0 }
+  return rows
 end
 
---- The bench: a search, or one case with its description.
----@param how table `first`, `cases`; `case`: only that one, printed
-function blow_ups.run(how)
-  if not how.case then
-    return blow_ups.search { device = how.device, first = how.first or 1,
-      cases = how.cases or DEFAULT_CASES, say = how.say }
-  end
-  local description = blow_ups.describe(how.case)
-  how.say(host.json.encode(description, { indent = 2 }))
-  local result = blow_ups.search { device = how.device, first = how.case, cases = 1, say = how.say }
-  result.description = description
-  return result
+--- The end of a case that is simulated beside earlier ones of its batch.
+---@param first integer number of the first of them
+---@return table
+function random_robots.outcome(device, first, number)
+  local batch = draw_batch(math.floor((number - 1) / BATCH))
+  local before = batch.number * BATCH
+  local population = population_of(batch, first - before, number - before)
+  local simulation = simulate(batch, population, device)
+  simulation:run()
+  return simulation:outcome(population.count)
 end
 
-return blow_ups
+return random_robots
