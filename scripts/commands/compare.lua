@@ -35,7 +35,7 @@ adjusted by Holm over all arms. There is no claim about an arm whose evaluations
 baseline's by more than one population, or whose model set less than 95 % of the generations.
 Everything else is exploratory.]],
   positional = { least = 1, name = "RUN" },
-  exclusive = { { "csv", "json", "latex" } },
+  exclusive = { { "csv", "json" } },
   options = {
     { name = "outcome", argument = "NAME", value = "best_standard",
       choices = { "best_standard", unpack(choice.sorted_keys(recorded.entries)) },
@@ -45,12 +45,11 @@ Everything else is exploratory.]],
     { name = "target", argument = "VALUE", kind = "number",
       text = "target of the exploratory evaluations; the baseline's centre if left out" },
     { name = "out", argument = "DIR",
-      text = "write text, CSV, JSON, LaTeX and the figures of a report there" },
+      text = "write text, CSV, JSON and the figures of a report there" },
     { name = "device", argument = "NAME", choices = { "auto", "cpu", "cuda" }, value = "cpu",
       text = "that simulates the champions again" },
     { name = "csv", text = "print CSV" },
     { name = "json", text = "print JSON" },
-    { name = "latex", text = "print a LaTeX table" },
   },
 }
 
@@ -66,7 +65,7 @@ function command.run(arguments)
   local result = verdict.compare(groups, outcomes, { baseline = arguments.baseline,
     target = arguments.target, outcome = entry and entry.text })
   if arguments.out then folder.write(arguments.out, result, groups) end
-  local form = arguments.csv and "csv" or arguments.json and "json" or arguments.latex and "latex"
+  local form = arguments.csv and "csv" or arguments.json and "json"
   output.write(tables[form or "text"](result, terminal.style()))
   return 0
 end

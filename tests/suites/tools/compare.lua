@@ -52,13 +52,12 @@ suite:test("runs become arms, pairs and a table in every form", function(t)
     t:ok(one.outcome and one.mean_best_so_far)
   end
   t:equal(done.stdout, source.read(base .. "/out/compare.json"))
-  t:ok(source.read(base .. "/out/compare.tex"):find("\\begin{tabular}", 1, true))
   local csv = source.read(base .. "/out/compare.csv")
   t:equal(select(2, csv:gsub("\n", "")), 3)
   local picture = source.read(base .. "/out/learning-175.svg")
   t:ok(picture:find(">random</text>", 1, true) and picture:find "</svg>%s*$")
 
-  for _, bad in ipairs { { "--csv", "--latex", "--csv and --latex exclude each other" },
+  for _, bad in ipairs { { "--csv", "--json", "--csv and --json exclude each other" },
     { "--baseline", "fixd", 'did you mean "fixed"?' } } do
     process.fails(t, base, 2, { "compare", base .. "/fixed1", bad[1], bad[2] }, bad[3])
   end

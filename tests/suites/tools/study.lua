@@ -115,7 +115,7 @@ local function check_study(t, whole, result)
     t:equal(arm.donor, arm.name == "yoked" and "parameters of another repetition of rules" or nil)
     t:ok(not arm.claimed, arm.name)
   end
-  for _, name in ipairs { "compare.txt", "compare.csv", "compare.json", "compare.tex",
+  for _, name in ipairs { "compare.txt", "compare.csv", "compare.json",
     "learning-85.svg", "learning.csv" } do
     t:equal(host.file.exists(whole.out .. "/compare/" .. name), "file")
   end

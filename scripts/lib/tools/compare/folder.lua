@@ -1,5 +1,5 @@
---- folder.lua: what `limax compare --out DIR` and a study write: the comparison as text, CSV, JSON
---- and LaTeX, and the figures of a report with the numbers drawn.
+--- folder.lua: what `limax compare --out DIR` and a study write: the comparison as text, CSV and
+--- JSON, and the figures of a report with the numbers drawn.
 
 local figures = require "limax.tools.report.figures"
 local runs = require "limax.tools.report.runs"
@@ -15,7 +15,7 @@ function folder.write(path, result, list)
   figures.write(path, list, ("fitness (%s)"):format(unit or "unit of the script"))
   for ending, text in pairs {
     txt = tables.text(result, { color = false, ascii = true, width = 80 }),
-    csv = tables.csv(result), json = tables.json(result), tex = tables.latex(result),
+    csv = tables.csv(result), json = tables.json(result),
   } do source.write(("%s/compare.%s"):format(path, ending), text) end
 end
 

@@ -1,4 +1,4 @@
---- tables.lua: a comparison as text, CSV, JSON and LaTeX. Fitness has the unit of the experiment's
+--- tables.lua: a comparison as text, CSV and JSON. Fitness has the unit of the experiment's
 --- fitness; evaluations are simulations of a robot for its score.
 
 local csv = require "limax.base.csv"
@@ -186,29 +186,6 @@ function tables.json(result)
     baseline = result.baseline, level = verdict.LEVEL, comparisons = result.comparisons,
     failed_at_publish = result.failed_at_publish, target = result.target, arms = list },
     { indent = 2 }) .. "\n"
-end
-
-local LATEX = { ["_"] = "\\_", ["%"] = "\\%", ["&"] = "\\&", ["#"] = "\\#", ["$"] = "\\$",
-  ["{"] = "\\{", ["}"] = "\\}", ["~"] = "\\textasciitilde{}", ["^"] = "\\textasciicircum{}",
-  ["\\"] = "\\textbackslash{}", ["<"] = "\\textless{}", [">"] = "\\textgreater{}" }
-
---- A table of the package booktabs.
-function tables.latex(result)
-  local head, cells = terminal.cells({
-    { "arm", function(row) return (row.label:gsub("[_%%&#${}~^\\<>]", LATEX)) end },
-    { "$n$", "n" }, { centre_name(result), "centre", "%.4g" },
-    { "difference", function(row)
-      return row.difference and ("%.4g [%.4g, %.4g]"):format(row.difference, row.difference_low,
-        row.difference_high)
-    end },
-    { "$A_{12}$", "a12", "%.2f" }, { "$p$", "p", "%.3g" },
-    { "$p_{\\mathrm{Holm}}$", "p_holm", "%.3g" } }, rows_of(result), "--")
-  local lines = { "% needs \\usepackage{booktabs}", "\\begin{tabular}{lrrrrrr}", "\\toprule",
-    table.concat(head, " & ") .. " \\\\", "\\midrule" }
-  for _, row in ipairs(cells) do lines[#lines + 1] = table.concat(row, " & ") .. " \\\\" end
-  lines[#lines + 1] = "\\bottomrule"
-  lines[#lines + 1] = "\\end{tabular}"
-  return table.concat(lines, "\n") .. "\n"
 end
 
 return tables

@@ -2,7 +2,6 @@
 --- code describe them. Help, completion, the stub for editors and the reference page read this.
 
 local annotations = require "limax.tools.reference.annotations"
-local experiment_fields = require "limax.tools.reference.experiment_fields"
 local groups = require "limax.tools.reference.groups"
 
 local api = {}
@@ -136,33 +135,6 @@ end
 ---@return limax.api.value[]
 function api.fields_of(type_text)
   return annotations.fields_of(type_text, api.tables())
-end
-
---- The value of this name in a list.
-function api.named(list, name)
-  for _, value in ipairs(list) do
-    if value.name == name then return value end
-  end
-end
-
---- The names that the table of one argument of a function may hold.
----@param argument string
----@return limax.api.value[]
-function api.options(entry, argument)
-  local fields = experiment_fields.list()
-  if entry.name == "limax.experiment" or entry.name == "evolve" then
-    return argument == entry.doc.arguments[1] and fields or {}
-  end
-  -- a ready scene takes the fields of every scene
-  local is_scene = entry.group.prefix == "limax.scenes."
-  local list = is_scene and { unpack(api.named(fields, "scene").fields) } or {}
-  local param = entry.doc.param[argument]
-  for _, field in ipairs(param and api.fields_of(param.type) or {}) do
-    local nested = (field.name == "scene" or field.name == "record") and field.name
-    list[#list + 1] = { name = field.name, text = field.text, type = field.type,
-      fields = nested and api.named(fields, nested).fields }
-  end
-  return list
 end
 
 --- The entries of a name: the whole one, or its last part.

@@ -1,8 +1,6 @@
---- experiment_fields.lua: the fields of an experiment's table, for help, completion and the
---- reference page: from the defaults, the effects, and the descriptions here of those that are not
---- numbers.
+--- experiment_fields.lua: the fields of an experiment's table, for help and the reference page:
+--- from the defaults, the effects, and the descriptions here of those that are not numbers.
 
-local choice = require "limax.base.choice"
 local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
 local ledger = require "limax.supervise.ledger"
@@ -10,14 +8,10 @@ local schema = require "limax.engine.schema"
 
 local experiment_fields = {}
 
--- Names as LuaLS writes a choice of them: "a"|"b".
-local function one_of(list)
-  local words = {}
-  for i, name in ipairs(list) do words[i] = ("%q"):format(name) end
-  return table.concat(words, "|")
+-- A field of an experiment or of one of its tables.
+local function row(name, text, fields, unit)
+  return { name = name, text = text, fields = fields, unit = unit }
 end
-
-local function names_of(module) return one_of(choice.sorted_keys(require(module).entries)) end
 
 -- A field of defaults.lua or an effect: "note; 1 to 10; default 5".
 local function of_field(name, field)
@@ -67,9 +61,9 @@ end
 
 local function recorded()
   local list = traces()
-  table.insert(list, 1, { name = "population", type = one_of(defaults.kept_robots),
-    text = "of each generation: all, lines of all robots; columns, the same as one NumPy array;"
-      .. " best, only the champion, and all robots of the newest three generations, for resume" })
+  table.insert(list, 1, row("population", "of each generation: all, lines of all robots; columns,"
+    .. " the same as one NumPy array; best, only the champion, and all robots of the newest three"
+    .. " generations, for resume"))
   return list
 end
 
@@ -83,65 +77,50 @@ local function ranges()
   return list
 end
 
-local function words(name, list, text)
-  return { name = name, text = text or table.concat(list, ", "), type = one_of(list) }
-end
+-- What is named, or written as a function.
+local PIECE = "a name, a table or a function "
 
 local function described()
+  local genome = list_of("genome",
+    row("encoding", "a name, a table with options, or a table of functions; each uses some fields"),
+    row("mutation", PIECE .. "(robots)"), row("crossover", PIECE .. "(robots)"))
+  local simulation = list_of("simulation",
+    row("accuracy", "a tier: preview, evolve, publish or reference"),
+    row("integrator", table.concat(defaults.integrators, ", ") .. "; rk4 and xpbd on the CPU, rk4"
+      .. " without contact, friction, self-collision, drag and block, xpbd without block"),
+    row("precision", table.concat(defaults.precisions, ", ")
+      .. "; of the state and forces: masses and springs are rounded to fp32 in each"),
+    row("bound", "how an automatic step is bounded: springs one by one, or voxels, whose springs"
+      .. " cannot all stretch at once: steps are 1.2 times longer"),
+    row("sharing", "springs between voxels: mean or sum of their stiffness"))
+  local islands = list_of("islands", row("topology", "who sends robots to an island: the one before"
+    .. " it (the default), all others, or one that is drawn each time"))
   return list_of("experiment",
-    { name = "name", text = "what the run is called" },
-    { name = "lattice", text = "voxels along x, y, z", unit = "voxels" },
-    { name = "materials", text = 'a name ("paper"), a file or a table of materials',
-      type = '"paper"' },
-    { name = "evaluations", unit = "robots",
-      text = "largest number of robots that a repetition may simulate for a score" },
-    { name = "scene", text = "the effects, each with true or its fields", fields = effects() },
-    { name = "record", text = "traces, samples per second; and which robots the folder keeps",
-      fields = recorded() },
-    { name = "genome", text = "the network that describes bodies", fields = list_of("genome",
-      { name = "encoding", type = names_of "limax.encoding",
-        text = "a name, a table with options, or a table of functions; each uses some fields" },
-      { name = "mutation", type = one_of(choice.sorted_keys(require("limax.variation").mutations)),
-        text = "a name, a table or a function (robots)" },
-      { name = "crossover",
-        type = one_of(choice.sorted_keys(require("limax.variation").crossovers)),
-        text = "a name, a table or a function (robots)" }) },
-    { name = "simulation", text = "times, accuracy, step", fields = list_of("simulation",
-      words("accuracy", { "preview", "evolve", "publish", "reference" },
-        "a tier: preview, evolve, publish or reference"),
-      words("integrator", defaults.integrators, table.concat(defaults.integrators, ", ")
-        .. "; rk4 and xpbd on the CPU, rk4 without contact, friction, self-collision, drag and"
-        .. " block, xpbd without block"),
-      words("precision", defaults.precisions, table.concat(defaults.precisions, ", ")
-        .. "; of the state and forces: masses and springs are rounded to fp32 in each"),
-      words("bound", defaults.bounds, "how an automatic step is bounded: springs one by one, or"
-        .. " voxels, whose springs cannot all stretch at once: steps are 1.2 times longer"),
-      words("sharing", defaults.sharings,
-        "springs between voxels: mean or sum of their stiffness")) },
-    { name = "islands", text = "populations that evolve side by side, each with an equal part of"
-      .. " the robots, and exchange their best; none if left out", fields = list_of("islands",
-      words("topology", defaults.topologies, "who sends robots to an island: the one before it"
-        .. " (the default), all others, or one that is drawn each time")) },
-    { name = "breeding", text = "how offspring are made of parents", fields = list_of "breeding" },
-    { name = "fitness", type = names_of "limax.fitness",
-      text = "a name, a table or a function (robot) -> number; the one field without a default" },
-    { name = "selection", type = names_of "limax.selection",
-      text = "a name, a table or a function (population, random) -> i, j" },
-    { name = "survival", type = names_of "limax.survival",
-      text = "a name, a table or a function (robots, random, state) -> survivors, parents" },
-    { name = "archive", type = names_of "limax.archive",
-      text = "a name or a table: which robots the run remembers beyond their generation" },
-    { name = "state", text = "a function that returns a table, which every function of the"
-      .. " experiment receives as its last argument and resume restores" },
-    { name = "trials", text = "a list of worlds in which each robot is simulated, or a function"
-      .. " (generation, random) that returns one; each with a scene, materials or fields of"
-      .. " simulation that replace the experiment's" },
-    { name = "supervisor", type = names_of "limax.supervise",
-      text = "a name, a table or a function (history, random) -> proposal" },
-    { name = "supervision", text = "what a supervisor may set", fields = list_of("supervision",
-      { name = "ranges", text = "narrower ranges for proposals", fields = ranges() }) },
-    { name = "not_in_paper",
-      text = "texts for the report: which choices are ours and not the paper's" })
+    row("name", "what the run is called"),
+    row("lattice", "voxels along x, y, z", nil, "voxels"),
+    row("materials", 'a name ("paper"), a file or a table of materials'),
+    row("evaluations", "largest number of robots that a repetition may simulate for a score", nil,
+      "robots"),
+    row("scene", "the effects, each with true or its fields", effects()),
+    row("record", "traces, samples per second; and which robots the folder keeps", recorded()),
+    row("genome", "the network that describes bodies", genome),
+    row("simulation", "times, accuracy, step", simulation),
+    row("islands", "populations that evolve side by side, each with an equal part of the robots,"
+      .. " and exchange their best; none if left out", islands),
+    row("breeding", "how offspring are made of parents", list_of "breeding"),
+    row("fitness", PIECE .. "(robot) -> number; the one field without a default"),
+    row("selection", PIECE .. "(population, random) -> i, j"),
+    row("survival", PIECE .. "(robots, random, state) -> survivors, parents"),
+    row("archive", "a name or a table: which robots the run remembers beyond their generation"),
+    row("state", "a function that returns a table, which every function of the experiment receives"
+      .. " as its last argument and resume restores"),
+    row("trials", "a list of worlds in which each robot is simulated, or a function (generation,"
+      .. " random) that returns one; each with a scene, materials or fields of simulation that"
+      .. " replace the experiment's"),
+    row("supervisor", PIECE .. "(history, random) -> proposal"),
+    row("supervision", "what a supervisor may set", list_of("supervision",
+      row("ranges", "narrower ranges for proposals", ranges()))),
+    row("not_in_paper", "texts for the report: which choices are ours and not the paper's"))
 end
 
 local all

@@ -2,7 +2,6 @@
 --- name, from the API table.
 
 local api = require "limax.tools.reference.api"
-local choice = require "limax.base.choice"
 local experiment_fields = require "limax.tools.reference.experiment_fields"
 local failure = require "limax.base.failure"
 local output = require "limax.base.output"
@@ -20,24 +19,21 @@ local function add(lines, indent, text)
   end
 end
 
--- Adds "options?  { ... }  text" of an argument or result.
-local function add_value(lines, name, value)
-  add(lines, "    ", ("%s%s  %s  %s"):format(name, value.optional and "?" or "", value.type,
-    value.text))
-end
-
 -- Adds a line "name?: type; text" for each field.
 local function add_fields(lines, fields)
   for _, field in ipairs(fields) do
-    local parts = { field.type }
-    if field.text ~= "" then parts[#parts + 1] = field.text end
-    add(lines, "      ", ("%s%s: %s"):format(field.name, field.optional and "?" or "",
-      table.concat(parts, "; ")))
+    add(lines, "      ", ("%s%s: %s%s"):format(field.name, field.optional and "?" or "",
+      field.type, field.text ~= "" and "; " .. field.text or ""))
   end
 end
 
--- An inline type is complete; of others the fields are listed.
-local function is_inline(type_text) return type_text:find("{", 1, true) ~= nil end
+-- Adds "options?  limax.run.options  text" of an argument or result, and the fields of its type
+-- where that does not list them itself.
+local function add_value(lines, name, value)
+  add(lines, "    ", ("%s%s  %s  %s"):format(name, value.optional and "?" or "", value.type,
+    value.text))
+  if not value.type:find("{", 1, true) then add_fields(lines, api.fields_of(value.type)) end
+end
 
 --- The page of one entry.
 function help.page(entry)
@@ -45,16 +41,9 @@ function help.page(entry)
   add(lines, "  ", entry.what)
   for _, param in ipairs(entry.doc and entry.doc.params or {}) do
     add_value(lines, param.name, param)
-    -- the fields of an experiment are topics of their own
-    if not is_inline(param.type) and entry.name ~= "limax.experiment" then
-      add_fields(lines, api.options(entry, param.name))
-    end
   end
-  for _, result in ipairs(entry.doc and entry.doc.returns or { entry }) do
-    if entry.doc then add_value(lines, "gives", result) end
-    if result.type and not is_inline(result.type) then
-      add_fields(lines, api.fields_of(result.type))
-    end
+  for _, result in ipairs(entry.doc and entry.doc.returns or {}) do
+    add_value(lines, "gives", result)
   end
   lines[#lines + 1] = "  example: " .. entry.example
   return table.concat(lines, "\n")
@@ -119,12 +108,11 @@ function help.pages(topic)
     end
   end
   add_field_pages(pages, topic, experiment_fields.list(), "")
-  local tables = api.tables()
-  for _, name in ipairs(choice.sorted_keys(tables)) do
+  for name, class in pairs(api.tables()) do
     if names_class(topic, name) then
       local lines = { name .. ", a table" }
-      add(lines, "  ", tables[name].text)
-      add_fields(lines, tables[name].fields)
+      add(lines, "  ", class.text)
+      add_fields(lines, class.fields)
       pages[#pages + 1] = table.concat(lines, "\n")
     end
   end
