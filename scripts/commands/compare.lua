@@ -4,11 +4,10 @@
 local arms = require "limax.tools.report.arms"
 local choice = require "limax.base.choice"
 local engine = require "limax.engine"
-local folder = require "limax.tools.compare.folder"
 local outcome = require "limax.tools.compare.outcome"
 local output = require "limax.base.output"
 local recorded = require "limax.tools.compare.recorded"
-local runs = require "limax.tools.compare.runs"
+local runs = require "limax.tools.report.runs"
 local tables = require "limax.tools.compare.tables"
 local terminal = require "limax.base.terminal"
 local verdict = require "limax.tools.compare.verdict"
@@ -54,7 +53,7 @@ Everything else is exploratory.]],
 }
 
 function command.run(arguments)
-  local list = runs.read(arguments)
+  local list = runs.finished(runs.read_all(arguments, true))
   local groups = arms.group(list)
   local entry, outcomes = recorded.entries[arguments.outcome]
   if entry then
@@ -64,7 +63,7 @@ function command.run(arguments)
   end
   local result = verdict.compare(groups, outcomes, { baseline = arguments.baseline,
     target = arguments.target, outcome = entry and entry.text })
-  if arguments.out then folder.write(arguments.out, result, groups) end
+  if arguments.out then tables.write(arguments.out, result, groups) end
   local form = arguments.csv and "csv" or arguments.json and "json"
   output.write(tables[form or "text"](result, terminal.style()))
   return 0

@@ -47,7 +47,7 @@ local function check_options(from, format, arguments)
   local applies = format.options or {}
   local of_champion = runs.is_folder(from) and not format.of_run
   for _, each in ipairs {
-    { "edge", arguments.edge, applies.edge, "a .stl, .obj or .3mf" },
+    { "edge", arguments.edge, applies.edge, "a .stl or .3mf" },
     { "record", arguments.record[1], applies.record, "a .pvd or .npz" },
     { "repetition", arguments.repetition, of_champion, "the champion of a run" },
     { "generation", arguments.generation, of_champion, "the champion of a run" },

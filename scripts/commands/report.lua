@@ -1,7 +1,7 @@
 --- report.lua: `limax report RUN...`: one self-contained page about runs, done or in progress.
 
+local charts = require "limax.tools.report.charts"
 local failure = require "limax.base.failure"
-local figures = require "limax.tools.report.figures"
 local output = require "limax.base.output"
 local page = require "limax.tools.report.page"
 local runs = require "limax.tools.report.runs"
@@ -51,7 +51,7 @@ function command.run(arguments)
   local options = { device = arguments.device, robots = not arguments.no_robots,
     say = function(line) output.warn(line, "\n") end }
   if arguments.figures then
-    local names = figures.write(arguments.figures, (runs.arms(folders)),
+    local names = charts.write(arguments.figures, (runs.arms(folders)),
       (page.fitness_label(folders)))
     output.write(("%s: %s\n"):format(shell.path(arguments.figures), table.concat(names, ", ")))
     if not arguments.out then return 0 end

@@ -36,7 +36,6 @@ local command = {
     { name = "json", text = "print a line of JSON for each file and test" },
     { name = "json-seq", text = "the same from this process, a record separator before each "
       .. "(RFC 7464)" },
-    { name = "junit", argument = "FILE", text = "also write JUnit XML to this file" },
     { name = "quiet", short = "q", text = "print only failures and the last line" },
   },
 }
@@ -109,9 +108,9 @@ local function check_jobs(arguments)
   end
 end
 
--- The reporters, and a function that prints what tests print themselves: on standard error if the
+-- The reporter, and a function that prints what tests print themselves: on standard error if the
 -- results are for programs.
-local function reporters_of(arguments)
+local function reporter_of(arguments)
   local within_line = false
   local function write(text)
     if within_line then text = "\n" .. text end
@@ -131,7 +130,7 @@ local function reporters_of(arguments)
   else
     shown = report.plain(arguments.quiet, write, terminal.style())
   end
-  return { shown, arguments.junit and report.junit(arguments.junit) }, echo
+  return shown, echo
 end
 
 --- Runs the command.
@@ -146,12 +145,12 @@ function command.run(arguments)
   -- fails early if the environment's number of threads is invalid
   engine.device("cpu"):free()
 
-  local reporters, echo = reporters_of(arguments)
+  local reporter, echo = reporter_of(arguments)
   local counts = { event = "end", passed = 0, failed = 0, skipped = 0 }
   local function take(event)
     local status = event.event == "file" and event.failure and "failed" or event.status
     if status then counts[status] = counts[status] + 1 end
-    for _, reporter in ipairs(reporters) do reporter(event) end
+    reporter(event)
   end
   take { event = "begin", total = plan.total }
   if update or arguments.one_process or arguments.json_seq then

@@ -9,11 +9,14 @@ local measures = require "limax.tools.compare.measures"
 local limax = require "limax"
 local outcome = require "limax.tools.compare.outcome"
 local process = require "support.process"
-local runs = require "limax.tools.compare.runs"
+local runs = require "limax.tools.report.runs"
 local source = require "limax.base.source"
 local tables = require "limax.tools.compare.tables"
 local trial = require "support.trial"
 local verdict = require "limax.tools.compare.verdict"
+
+-- The finished runs of these folders.
+local function finished(words) return runs.finished(runs.read_all(words, true)) end
 
 local suite = require("limax.test").suite "compare"
 
@@ -23,7 +26,7 @@ local contains, run = trial.contains, evolution.run
 local function names_of(base, ...)
   local list, names, before = {}, {}, #host.file.list(base)
   for k, fields in ipairs { ... } do list[k] = run(("%s/%d"):format(base, before + k), fields) end
-  for k, arm in ipairs(arms.group(runs.read(list))) do names[k] = arm.name end
+  for k, arm in ipairs(arms.group(finished(list))) do names[k] = arm.name end
   return names
 end
 
@@ -67,7 +70,7 @@ suite:test("the outcome is the last champion at publish under the first material
   local folder = run(t:folder() .. "/r", { generations = 4, fitness = { "distance", axis = "x" },
     supervision = { materials = true },
     supervisor = function() return { materials = { bone = { stiffness = 9000 } } } end })
-  local read = runs.read { folder }
+  local read = finished { folder }
   local value = outcome.measure(read, limax.engine.device "cpu")[read[1]]
   local champion = limax.robot(folder .. "/r01/champions/g0003.json")
   local again = champion:simulate { accuracy = "publish", device = "cpu",
@@ -136,7 +139,7 @@ suite:test("other questions and budgets are refused with the fields that differ"
   local function refused(fields, ...)
     local first = run(base .. "/a" .. #host.file.list(base), { seed = 1 })
     local second = run(base .. "/b" .. #host.file.list(base), fields)
-    local list = runs.read { first, second }
+    local list = finished { first, second }
     for _, text in ipairs { "another question or budget", ... } do
       t:raises(text, function() arms.group(list) end)
     end
@@ -146,19 +149,19 @@ suite:test("other questions and budgets are refused with the fields that differ"
   refused({ population = 8, lattice = { 2, 2, 3 } }, "  lattice.3: 2, 3", "  population: 6, 8")
   refused({ simulation = { duration = 0.1, settle = 0, accuracy = "preview" } },
     "  simulation.duration: 0.2, 0.1")
-  t:raises("is not a run folder", function() runs.read { base } end)
+  t:raises("is not a run folder", function() finished { base } end)
   local twice = run(base .. "/twice", {})
   t:raises("are the same: arm fixed, seed 1, repetition 1", function()
-    arms.group(runs.read { twice, twice })
+    arms.group(finished { twice, twice })
   end)
   local text = process.read(twice .. "/journal.jsonl")
   process.write(twice .. "/journal.jsonl", (text:gsub("[^\n]*\n$", "")))
-  t:raises("is not done (stopped)", function() runs.read { twice } end)
+  t:raises("is not done (stopped)", function() finished { twice } end)
 end)
 
 suite:test("arms with the same supervisor are named by the fields that differ", function(t)
   local base = t:folder()
-  local list = runs.read { run(base .. "/a", { supervisor = "rules" }),
+  local list = finished { run(base .. "/a", { supervisor = "rules" }),
     run(base .. "/b", { supervisor = { "rules", patience = 2 } }),
     run(base .. "/c", { supervisor = "rules", breeding = { mutation_rate = 0.2 } }),
     run(base .. "/d", { supervisor = "rules", name = "other", seed = 2 }) }
@@ -242,7 +245,7 @@ suite:test("an arm that repeats another run names the owner of the parameters", 
     folders[#folders + 1] = run(base .. "/yoked" .. seed, { seed = seed + 2,
       supervisor = { "yoked", run = ("%s/%s"):format(base, lender) } })
   end
-  local groups = arms.group(runs.read(folders))
+  local groups = arms.group(finished(folders))
   t:equal(#groups, 4)
   t:equal({ groups[3].name, #groups[3].runs, groups[3].donor },
     { "yoked", 1, "parameters of fixed" })

@@ -242,13 +242,13 @@ end)
 
 suite:test("nothing is overwritten without --force", function(t)
   local folder = stage(t)
-  write(folder .. "/robot.mtl", "mine")
-  local ended = process.ends(folder, { "convert", "robot.json", "robot.obj" })
+  write(folder .. "/robot.stl", "mine")
+  local ended = process.ends(folder, { "convert", "robot.json", "robot.stl" })
   t:equal({ ended.status, ended.stderr },
-    { 2, "limax: robot.mtl exists already; --force overwrites it\n" })
-  t:equal(host.file.exists(folder .. "/robot.obj"), nil)
-  convert(t, folder, "robot.json", "robot.obj", "--force")
-  t:ok(source.read(folder .. "/robot.mtl") ~= "mine")
+    { 2, "limax: robot.stl exists already; --force overwrites it\n" })
+  t:equal(source.read(folder .. "/robot.stl"), "mine")
+  convert(t, folder, "robot.json", "robot.stl", "--force")
+  t:ok(source.read(folder .. "/robot.stl") ~= "mine")
 end)
 
 suite:test("unknown endings, missing files and options that do not apply are refused", function(t)
@@ -264,7 +264,7 @@ suite:test("unknown endings, missing files and options that do not apply are ref
     { { "odd.json", "robot.stl" }, "odd.json: robot.", "is missing" },
     { { "scene.json", "r.stl" }, 'scene.json: robot.scene.gravty: unknown field' },
     { { "time.json", "r.stl" }, "time.json: robot.simulation.duration: expected", "got -1" },
-    { { "robot.json", "r.vtu", "--edge", "8" }, "--edge is for a .stl, .obj or .3mf" },
+    { { "robot.json", "r.vtu", "--edge", "8" }, "--edge is for a .stl or .3mf" },
     { { "robot.json", "r.stl", "--generation", "3" }, "--generation is for the champion of a run" },
     { { "robot.vxd", "r.json" }, "its ending names no format; expected" },
     { { "robot.json", "r.npz", "--record", "postion=20" }, 'did you mean "position"?' },

@@ -8,12 +8,15 @@ local ledger = require "limax.supervise.ledger"
 local limax = require "limax"
 local plan = require "limax.tools.study.plan"
 local process = require "support.process"
-local runs = require "limax.tools.compare.runs"
+local runs = require "limax.tools.report.runs"
 local run_folder = require "limax.run.folder"
 local source = require "limax.base.source"
 local study = require "limax.tools.study.study"
 local trial = require "support.trial"
 local tuning = require "limax.tools.study.tuning"
+
+-- The finished runs of these folders.
+local function finished(words) return runs.finished(runs.read_all(words, true)) end
 
 local suite = require("limax.test").suite "study"
 
@@ -106,7 +109,7 @@ local function check_study(t, whole, result)
   end
   t:ok(first[1] ~= first[2])
   -- each run uses the budget up to less than one population, tuning included
-  for _, run in ipairs(runs.read { whole.out }) do
+  for _, run in ipairs(finished { whole.out }) do
     t:ok(run.evaluations <= 36 and run.evaluations > 36 - 4, run.path .. ": " .. run.evaluations)
     t:equal(run.before > 0, run.arm == "tuned_fixed")
   end
@@ -136,7 +139,7 @@ suite:test("a study compares equal budgets, and continues to the same bytes", { 
     if count == 4 then error("stop", 0) end
   end
   t:raises("stop", function() study.run(stopped) end)
-  t:raises("runs are not done", function() runs.read { stopped.out } end)
+  t:raises("runs are not done", function() finished { stopped.out } end)
   cut_to(stopped.out .. "/fixed/r01", 1)
   local again = tiny(stopped.out, some)
   study.run(again)

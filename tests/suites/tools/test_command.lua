@@ -118,23 +118,6 @@ suite:test("waits", function(t) io.write "half a line"; t:skip "not today" end)
   t:equal((output:gsub("\30([^\n]*)\n", "")), "half a line")
 end)
 
-printing:test("JUnit's XML is well-formed and complete", function(t)
-  local path, folder = trial(t, MIXED), t:folder()
-  t:equal(select(2, limax("test", path, "--junit", folder .. "/results.xml")), 1)
-  local xml = assert(io.open(folder .. "/results.xml")):read "*a"
-  local results, cases = assert(host.xml(xml))[1], {}
-  t:equal(results.attributes, { name = path, tests = "3", failures = "1", skipped = "1",
-    time = results.attributes.time })
-  for i, case in ipairs(results) do
-    local part = case[1]
-    t:equal({ case.attributes.classname, #case }, { "trial", 1 })
-    cases[i] = { case.attributes.name, part.name, part.attributes.message or "", part.text }
-  end
-  t:equal(cases, { { "passes & <notes> # 1", "system-out", "", 'a "note"?' },
-    { "it's out [of luck]", "failure", "no ? luck", path .. ":3: no ? luck" },
-    { "waits", "skipped", "not today", "" } })
-end)
-
 printing:test("chooses by name and tag, and lists", function(t)
   local path = trial(t, [[
 suite:test("one", { tags = "slow" }, function(t) t:ok(true) end)
@@ -166,7 +149,6 @@ printing:test("refuses options that it cannot follow", function(t)
     { "--jobs: expected a whole number from 1 to 1024, got 0", "--jobs=0" },
     { "--json and --json-seq exclude each other", "--json", "--json-seq" },
     { "--reason goes with --update-golden", "--reason=why" },
-    { "--junit: cannot ", "--junit=/nowhere/results.xml", trial(t, "") },
   } do
     local output, status = limax("test", unpack(bad, 2))
     t:equal(status, 2)

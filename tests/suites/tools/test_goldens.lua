@@ -52,32 +52,6 @@ end)
     { { reason = "a new law", change = "1 value, old -> new" }, "exact now" })
 end)
 
-goldens:test("fail if another configuration was simulated", function(t)
-  local path = trial(t, [[
-local limax = require "limax"
-suite:fixture("still", { shared = true }, function()
-  return limax.robot { voxels = "es" }:simulate { settle = 0, duration = 0.05, time_step = 1e-4 }
-end)
-suite:test("own", { precisions = { "single", "double" } }, function(t)
-  local robot = limax.robot { voxels = "es" }:simulate(t:with { settle = 0, duration = 0.05,
-    time_step = 1e-4, scene = { gravity = { acceleration = {
-      0, 0, tonumber(os.getenv "TRIAL_VALUE") or -9.81 } } } })
-  t:golden("mass", { robot.body.mass }, { class = "rounding", why = "sums of equal numbers" })
-end)
-for _, name in ipairs { "a", "b" } do
-  suite:test(name, function(t) t:golden(name, { t:fixture("still"):distance() }) end)
-end
-]])
-  local output, status = limax("test", path, "--update-golden")
-  t:ok(status == 0, output)
-  -- whichever test makes the shared fixture
-  t:equal(record_of(path, "a").configuration, record_of(path, "b").configuration)
-  output, status = limax("test", path, "--only=trial: b")
-  t:ok(status == 0, output)
-  contains(t, trials.run({ "test", path }, "TRIAL_VALUE=-5"),
-    "golden mass is of another configuration (", "\n2 passed, 2 failed")
-end)
-
 goldens:test("need a name, finite values and a reason for a tolerance", function(t)
   local path = trial(t, [[
 suite:test("name", function(t) t:golden("../up", {}) end)

@@ -9,53 +9,37 @@ local stability = {}
 
 local COLUMNS = { "row", "kind", "case", "device", "integrator", "precision", "status", "text",
   "seconds" }
-local CELLS = { holds = "ok", reported = "reported", fails = "FAIL" }
-local CELL = "%-12s"
 local LEGEND = "ok: its checks hold; reported: it diverges, as expected, and is reported; FAIL: "
-  .. "neither;\n-: not run: slow cases run in few combinations without --full; RK4 runs scenes "
-  .. "without contact;\nXPBD and GPUs do not run every case"
+  .. "neither.\nSlow cases run in few combinations without --full; RK4 runs scenes without contact;"
+  .. " XPBD and\nGPUs do not run every case"
 
--- The name of each integrator and precision, and the table's head.
-local function columns_of(width)
-  local columns, first, second = {}, {}, {}
-  for _, integrator in ipairs(engine.names.integrator.names) do
-    for _, precision in ipairs(engine.names.precision.names) do
-      columns[#columns + 1] = integrator .. " " .. precision
-      first[#columns] = CELL:format((integrator:gsub("symplectic_", "")))
-      second[#columns] = CELL:format(precision)
-    end
-  end
-  local margin = (" "):rep(width + 6)
-  return columns, margin .. table.concat(first) .. "\n" .. margin .. table.concat(second)
-end
-
--- Runs one case on one device and prints its line; adds its rows and verdicts.
-local function run_case(case, device, how, columns, width, rows, verdicts)
-  local cells, failures = {}, {}
+-- Runs one case on one device and prints its line and failures; adds its rows and verdicts.
+local function run_case(case, device, how, width, rows, verdicts)
+  local counts, failures = { holds = 0, reported = 0, fails = 0 }, {}
   local extent = case.brief and not how.full and "few" or "all"
   for _, combination in ipairs(hard_cases.combinations(case, device.kind, extent)) do
-    local name = combination.integrator .. " " .. combination.precision
     combination.device, combination.fraction, combination.full = device, how.fraction, how.full
     local verdict = hard_cases.run(case, combination)
     rows[#rows + 1] = { row = case.row, kind = case.kind, case = case.name, device = device.kind,
       integrator = combination.integrator, precision = combination.precision,
       status = verdict.status, text = verdict.text, seconds = verdict.seconds }
-    cells[name] = CELLS[verdict.status]
+    counts[verdict.status] = counts[verdict.status] + 1
     if verdict.status == "fails" then
-      failures[#failures + 1] = ("      %s: %s"):format(name, verdict.text)
+      failures[#failures + 1] = ("      %s %s: %s"):format(combination.integrator,
+        combination.precision, verdict.text)
+      verdicts.fails = true
     else
       verdicts[verdict.text or "holds"] = true
     end
   end
-  if failures[1] then verdicts.fails = true end
-  local line = {}
-  for i, name in ipairs(columns) do line[i] = CELL:format(cells[name] or "-") end
-  local row = case.row and ("%3d. "):format(case.row) or "     "
-  how.say(("%s%-" .. width .. "s %s"):format(row, case.name, table.concat(line)))
+  how.say(("%s%-" .. width .. "s %3d ok %3d reported %3d FAIL"):format(
+    case.row and ("%3d. "):format(case.row) or "     ", case.name, counts.holds, counts.reported,
+    counts.fails))
   for _, failure in ipairs(failures) do how.say(failure) end
 end
 
---- Runs the cases and prints the table.
+--- Runs the cases and prints the table: in how many combinations of integrator and precision each
+--- holds.
 ---@param how table `filter`: part of "KIND: NAME"; `full`: the long versions, in every
 --- combination; `fraction` of the step's bound where a case sets none
 ---@return limax.bench_result failed if a case fails or its verdicts differ
@@ -67,15 +51,13 @@ function stability.run(how)
       width = math.max(width, #case.name)
     end
   end
-  local columns, head = columns_of(width)
   -- verdicts must be the same on the CPU and on the chosen device
   local on_cpu = how.device.kind == "cpu"
   for _, device in ipairs { on_cpu and how.device or engine.device "cpu",
     not on_cpu and how.device or nil } do
     how.say(tostring(device))
-    how.say(head)
     for _, each in ipairs(chosen) do
-      run_case(each.case, device, how, columns, width, rows, each.verdicts)
+      run_case(each.case, device, how, width, rows, each.verdicts)
     end
   end
   how.say(LEGEND)

@@ -2,7 +2,6 @@
 --- proposals, and without a claim how soon the runs reached a target.
 
 local ledger = require "limax.supervise.ledger"
-local runs = require "limax.tools.compare.runs"
 local sample = require "limax.base.statistics.sample"
 
 local measures = {}
@@ -55,7 +54,7 @@ function measures.points(run)
   local points, spent, before = {}, run.before, nil
   for _, line in ipairs(run.lines) do
     spent = spent + line.evaluations
-    before = runs.score(line) or before
+    before = line.best_standard or before
     if before then points[#points + 1] = { spent, before } end
   end
   return points

@@ -98,7 +98,7 @@ end
 
 --- The outcome of each run; a champion whose simulation fails at `publish` has none.
 ---@param options? { fitness?: function } the fitness of all of them, if the caller has it
----@return table<limax.compare.run, number>
+---@return table<limax.report.run, number>
 function outcome.measure(list, device, options)
   options = options or {}
   local values, groups, by_key, functions, calls = {}, {}, {}, {}, {}

@@ -1,10 +1,13 @@
 --- tables.lua: a comparison as text, CSV and JSON. Fitness has the unit of the experiment's
 --- fitness; evaluations are simulations of a robot for its score.
 
+local charts = require "limax.tools.report.charts"
 local csv = require "limax.base.csv"
 local host = require "limax.host"
 local measures = require "limax.tools.compare.measures"
+local runs = require "limax.tools.report.runs"
 local sample = require "limax.base.statistics.sample"
+local source = require "limax.base.source"
 local terminal = require "limax.base.terminal"
 local verdict = require "limax.tools.compare.verdict"
 
@@ -186,6 +189,17 @@ function tables.json(result)
     baseline = result.baseline, level = verdict.LEVEL, comparisons = result.comparisons,
     failed_at_publish = result.failed_at_publish, target = result.target, arms = list },
     { indent = 2 }) .. "\n"
+end
+
+--- Writes a comparison in every form, and the figures of a report.
+---@param list limax.compare.arm[]
+function tables.write(path, result, list)
+  local unit = runs.fitness_words(list[1].runs[1].config.fitness)
+  charts.write(path, list, ("fitness (%s)"):format(unit or "unit of the script"))
+  for ending, text in pairs {
+    txt = tables.text(result, { color = false, ascii = true, width = 80 }),
+    csv = tables.csv(result), json = tables.json(result),
+  } do source.write(("%s/compare.%s"):format(path, ending), text) end
 end
 
 return tables

@@ -133,7 +133,7 @@ local function adjust(tests)
 end
 
 --- The comparison of runs whose outcomes were measured, as a table of plain values.
----@param outcomes table<limax.compare.run, number> filled up here
+---@param outcomes table<limax.report.run, number> filled up here
 ---@param options { baseline: string|nil, target: number|nil, outcome: string|nil }|nil see
 --- `limax compare --help`; `outcome` is what was measured, in words
 function verdict.compare(list, outcomes, options)

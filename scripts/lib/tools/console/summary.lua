@@ -1,6 +1,6 @@
 --- summary.lua: the end of a run, read from its folder: distance and speed of the best robots of
 --- the first and the last generation, both bodies in letters, the curves of best and mean, a film
---- strip, and suggested commands.
+--- strip, and the command that makes a page.
 
 local body_picture = require "limax.draw.body_picture"
 local choice = require "limax.base.choice"
@@ -8,7 +8,6 @@ local curves = require "limax.tools.report.curves"
 local failure = require "limax.base.failure"
 local output = require "limax.base.output"
 local sheet = require "limax.draw.sheet"
-local host = require "limax.host"
 local robot = require "limax.robot.robot"
 local runs = require "limax.tools.report.runs"
 local shell = require "limax.base.shell"
@@ -33,57 +32,6 @@ local function champion_of(run, line)
   end
   return best
 end
-
--- ---- what to type next --------------------------------------------------------------------------
-
--- The name of a folder that does not exist yet: the run's own with a word at its end.
-local function unused(folder, word)
-  local base = folder:gsub("/+$", "") .. "-" .. word
-  local name, n = base, 2
-  while host.file.exists(name) do name, n = base .. "-" .. n, n + 1 end
-  return name
-end
-
--- The command that runs the script again with the same changes and another value of one field.
-local function run_again(folder, config, field, value, word)
-  local words = { shell.program(), "run", shell.path(config.run.path) }
-  for _, change in ipairs(config.run.overrides or {}) do
-    if change:match "^[^=]*" ~= field then
-      words[#words + 1] = "--set " .. shell.quoted(change)
-    end
-  end
-  words[#words + 1] = ("--set %s=%d --out %s"):format(field, value,
-    shell.path(unused(folder, word)))
-  return table.concat(words, " ")
-end
-
-local EXAMPLES = {
-  { "run ", "jump.lua", "evolve jumping" },
-  { "run ", "walk.lua", "evolve walking" },
-  { "", "by_hand.lua", "drop a robot that is described by hand" },
-}
-
--- Three commands that work as they are, each with a comment.
-local function next_commands(folder, config)
-  local commands, script = {}, config.run and config.run.path
-  if script and host.file.exists(script) == "file" then
-    local seed = (tonumber(config.seed) or 0) % 1000 + 1
-    local limit = config.evaluations and "evaluations" or "generations"
-    commands = {
-      { run_again(folder, config, "seed", seed, "seed" .. seed), "another seed: is it luck?" },
-      { run_again(folder, config, limit, 2 * config[limit], "longer"), "twice as long" } }
-  end
-  for _, example in ipairs(EXAMPLES) do
-    local path = host.home .. "/scripts/experiments/" .. example[2]
-    if #commands < 3 and host.file.exists(path) == "file" and path ~= script then
-      commands[#commands + 1] =
-        { ("%s %s%s"):format(shell.program(), example[1], shell.path(path)), example[3] }
-    end
-  end
-  return commands
-end
-
--- ---- showing ------------------------------------------------------------------------------------
 
 local function number(value, pattern) return value and pattern:format(value) or "-" end
 
@@ -183,10 +131,6 @@ function summary.show(folder, options)
   write(("champion    %s\n"):format(shell.path(runs.champion(run, result))))
   write(("a page      %s report %s\n"):format(shell.program(), shell.path(folder)))
 
-  write "\nnext:\n"
-  for _, command in ipairs(next_commands(folder, config)) do
-    write(("  %s\n      %s\n"):format(command[1], terminal.dim(command[2], style)))
-  end
 end
 
 return summary

@@ -55,14 +55,6 @@ end
 
 local function materials_of(job) return job.robot.materials:table().materials end
 
-local function write_obj(job)
-  local name = source.name_of(job.to)
-  -- a blank ends a name in an .obj
-  local library = name:gsub("%.[^.]*$", ""):gsub("[%s%c]", "_") .. ".mtl"
-  local text, shades = meshes.obj(mesh_of(job), materials_of(job), library)
-  return { { job.to, text }, { job.to:sub(1, -#name - 1) .. library, shades } }
-end
-
 local function write_pvd(job)
   local rates = traces.rates(job.arguments.record)
   if not rates then
@@ -100,9 +92,7 @@ formats.list = {
   { ending = "npy", read = evogym.read_npy },
   { ending = "stl", text = "the surface in mm, for printing", options = { edge = true },
     write = function(job) return meshes.stl(mesh_of(job)) end,
-    lost = { "weights", "materials; .obj and .3mf keep them" } },
-  { ending = "obj", text = "the same with materials, in a .mtl beside it",
-    options = { edge = true }, write = write_obj, lost = WITH_COLOUR },
+    lost = { "weights", "materials; .3mf keeps them" } },
   { ending = "3mf", text = "the same with the material of every triangle",
     options = { edge = true },
     write = function(job) return meshes.threemf(mesh_of(job), materials_of(job)) end,

@@ -1,5 +1,5 @@
---- meshes.lua: a surface in millimetres as binary STL, as Wavefront OBJ with a .mtl of colours
---- beside it, and as 3MF with a material for each triangle.
+--- meshes.lua: a surface in millimetres as binary STL, and as 3MF with a material for each
+--- triangle.
 
 local bytes = require "limax.base.bytes"
 local host = require "limax.host"
@@ -34,43 +34,6 @@ function meshes.stl(mesh)
       c[1], c[2], c[3] }) .. "\0\0"
   end
   return table.concat(parts)
-end
-
--- ---- OBJ ----------------------------------------------------------------------------------------
-
----@param library string name of the .mtl file
-function meshes.obj(mesh, materials, library)
-  local lines, shades = { "# limax robot, millimetres", "mtllib " .. library, "o robot" },
-    { "# limax materials" }
-  for _, p in ipairs(mesh.points) do
-    lines[#lines + 1] = ("v %.9g %.9g %.9g"):format(p[1], p[2], p[3])
-  end
-  local colors, faces, taken = palette.of(materials), {}, {}
-  for i, triangle in ipairs(mesh.triangles) do
-    local letter = mesh.letters[i]
-    faces[letter] = faces[letter] or {}
-    table.insert(faces[letter], ("f %d %d %d"):format(unpack(triangle)))
-  end
-  for _, material in ipairs(materials) do
-    -- unique, and without characters that end a name
-    local base = material.name:gsub("[^%w_%-]", "_")
-    local name, n = base, 1
-    while taken[name] do
-      n = n + 1
-      name = ("%s_%d"):format(base, n)
-    end
-    taken[name] = true
-    local own = faces[material.letter]
-    if own then
-      lines[#lines + 1] = ("usemtl %s\n%s"):format(name, table.concat(own, "\n"))
-      local rgb = {}
-      for hex in colors[material.letter].hex:gmatch "%x%x" do
-        rgb[#rgb + 1] = ("%.6g"):format(tonumber(hex, 16) / 255)
-      end
-      shades[#shades + 1] = ("newmtl %s\nKd %s\nd 1\nillum 1"):format(name, table.concat(rgb, " "))
-    end
-  end
-  return table.concat(lines, "\n") .. "\n", table.concat(shades, "\n") .. "\n"
 end
 
 -- ---- 3MF ----------------------------------------------------------------------------------------

@@ -298,11 +298,10 @@ fixture  suite:fixture("cube", function() return limax.robot { voxels = "s" } en
   { title = "A test's t", text = "The argument of the function of a test.", prefix = "t:",
     class = "limax.test_context", files = { "scripts/lib/tools/test/context.lua" },
     holder = "methods:",
-    stage = 'local context, witness = require "limax.tools.test.context", '
-      .. 'require "limax.tools.test.witness"; t = context.new { name = "a test", '
-      .. 'suite = "a suite", file = "suite.lua", '
+    stage = 'local context = require "limax.tools.test.context"; t = context.new { '
+      .. 'name = "a test", suite = "a suite", file = "suite.lua", '
       .. 'fixtures = { cube = { make = function() return 1 end } }, '
-      .. "state = context.file_state(), witness = witness.new {} }",
+      .. "state = context.file_state() }",
     examples = [[
 near  t:near(0.1 + 0.2, 0.3, { rtol = 1e-12 })
 equal  t:equal({ 1, 2 }, { 1, 2 })

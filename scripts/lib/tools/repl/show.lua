@@ -108,25 +108,20 @@ end
 -- ---- robots -------------------------------------------------------------------------------------
 
 -- The layers of a body as letters, side by side.
-local function slices(letters, materials, title, style)
+local function slices(value, materials, title, style)
   local plain = materials:table().materials
   local picture = body_picture.side_by_side(
-    { { title = title, layers = body.layers(letters), materials = plain } }, style)
+    { { title = title, layers = body.layers(value.body.letters), materials = plain } }, style)
   return picture:gsub("[ ]+\n", "\n"):gsub("[ ]+$", "") .. "\n"
     .. body_picture.legend(plain, style)
 end
 
 local function robot_text(value, style)
-  local title = "robot: " .. tostring(value):match "[^\n]*$"
-  return slices(value.body.letters, value.materials, title, style)
+  return slices(value, value.materials, "robot: " .. tostring(value):match "[^\n]*$", style)
 end
 
 local function scored_text(value, style)
-  local outcome = value.record.outcome
-  local text = slices(value.body.letters, value.context.materials, tostring(value), style)
-  if not (outcome and outcome.status == "done") then return text end
-  return ("%s\n%.4g m in %.4g s: %.4g m/s"):format(text, value:distance(), value:duration(),
-    value:speed())
+  return slices(value, value.context.materials, tostring(value), style)
 end
 
 -- ---- runs ---------------------------------------------------------------------------------------
@@ -134,11 +129,9 @@ end
 -- A run and the fitness of its last generation.
 local function run_text(value)
   local config, last = value.config, value.history[#value.history]
-  local head = ("run of %s, repetition %d: %d of %d generations"):format(config.name,
-    value.repetition, #value.history, config.generations)
-  if not last then return head end
-  return ("%s; best %.4g, mean %.4g in generation %d"):format(head, last.best, last.mean,
-    last.generation)
+  return ("run of %s, repetition %d: %d of %d generations%s"):format(config.name,
+    value.repetition, #value.history, config.generations,
+    last and ("; best %.4g, mean %.4g"):format(last.best, last.mean) or "")
 end
 
 local function population_text(value)
@@ -152,10 +145,8 @@ end
 
 local function experiment_text(value)
   local config = value.config
-  return ("experiment %s: %dx%dx%d voxels, %d robots, %d generations, %d repetitions, %g s at %s")
-    :format(config.name, config.lattice[1], config.lattice[2], config.lattice[3],
-      config.population, config.generations, config.repetitions, config.simulation.duration,
-      config.simulation.accuracy or "its own step")
+  return ("experiment %s: %s voxels, %d robots, %d generations"):format(config.name,
+    table.concat(config.lattice, "x"), config.population, config.generations)
 end
 
 -- ---- anything -----------------------------------------------------------------------------------

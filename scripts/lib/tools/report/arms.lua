@@ -134,8 +134,8 @@ end
 
 ---@class limax.compare.arm
 ---@field name string
----@field runs limax.compare.run[] by seed and repetition
----@field by_pair table<string, limax.compare.run> by "seed/repetition"
+---@field runs limax.report.run[] by seed and repetition
+---@field by_pair table<string, limax.report.run> by "seed/repetition"
 ---@field donor string|nil
 
 --- What makes two runs a pair.

@@ -1,8 +1,12 @@
---- charts.lua: the charts of a report by section, which the page and the figures for print share.
+--- charts.lua: the charts of a report by section, for its page, and as the figures of a paper: SVG
+--- and PDF of 85 and 175 mm, and the numbers drawn as CSV.
 
 local archives = require "limax.tools.report.archives"
 local choice = require "limax.base.choice"
 local curves = require "limax.tools.report.curves"
+local failure = require "limax.base.failure"
+local figure = require "limax.draw.chart.figure"
+local host = require "limax.host"
 local parameters = require "limax.tools.report.parameters"
 local runs = require "limax.tools.report.runs"
 
@@ -10,6 +14,8 @@ local charts = {}
 
 --- Arms whose populations, parameters and archives are drawn.
 charts.MOST_ARMS = 6
+-- Panels of a figure at most.
+local MOST_PANELS = 12
 
 ---@class limax.report.section
 ---@field name string of its figure, and of its place on the page
@@ -175,6 +181,23 @@ function charts.of(list, label)
     { name = "cost", title = "Time and cost", foot = meaning .. " Wall time.",
       panels = add_values({}, list, VALUES.cost) },
   }
+end
+
+--- Writes the charts of arms as figures.
+---@param list limax.report.arm[]
+---@param label string of the fitness, with its unit
+---@return string[] names
+function charts.write(folder, list, label)
+  local made, message = host.file.mkdir(folder)
+  if not made then failure.raise(1, message) end
+  local names = {}
+  for _, each in ipairs(charts.of(list, label)) do
+    if #each.panels > 0 then
+      names[#names + 1], each.panels = each.name, { unpack(each.panels, 1, MOST_PANELS) }
+      figure.write(folder, each)
+    end
+  end
+  return names
 end
 
 return charts

@@ -162,20 +162,4 @@ function facts.proposals(list)
   return { "generation", "arm", "repetition", "by", "reason", "changes" }, kept, out
 end
 
---- The processes that wrote the folders, and their machines.
----@return string[] columns
----@return any[][] rows
-function facts.machines(folders)
-  local rows = {}
-  for _, folder in ipairs(folders) do
-    for _, session in ipairs(folder.sessions) do
-      local device, machine = session.device, session.machine
-      rows[#rows + 1] = { folder.path, session.started, session.version,
-        device.gpus and device.gpus[1] and device.gpus[1].name or device.cpu or "",
-        device.kind, machine.compiler or "", machine.system or "" }
-    end
-  end
-  return { "run", "started", "limax", "processor", "device", "compiler", "system" }, rows
-end
-
 return facts

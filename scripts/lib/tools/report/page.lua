@@ -3,7 +3,6 @@
 
 local charts = require "limax.tools.report.charts"
 local choice = require "limax.base.choice"
-local compared = require "limax.tools.compare.runs"
 local engine = require "limax.engine"
 local facts = require "limax.tools.report.facts"
 local failure = require "limax.base.failure"
@@ -98,8 +97,6 @@ local function configuration(folders)
       html.table({ "field", "value" }, facts.configuration(folder.config),
         "Configuration of " .. folder.path))
   end
-  local columns, rows = facts.machines(folders)
-  parts[#parts + 1] = html.details("machines", html.table(columns, rows, "Processes and machines"))
   return section("configuration", "Configuration", table.concat(parts))
 end
 
@@ -107,7 +104,7 @@ end
 local function comparison(folders, list, options)
   if #list < 2 or options.robots == false then return "" end
   local fine, text = failure.attempt(function()
-    local outcomes = outcome.measure(compared.of(folders), engine.device(options.device or "cpu"))
+    local outcomes = outcome.measure(runs.finished(folders), engine.device(options.device or "cpu"))
     return tables.text(verdict.compare(list, outcomes),
       { color = false, ascii = true, width = COMPARISON })
   end)

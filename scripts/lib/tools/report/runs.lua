@@ -115,6 +115,20 @@ function runs.read_all(words, whole)
   return list
 end
 
+--- Every repetition of these folders, for a comparison: all of them must be done.
+---@return limax.report.run[]
+function runs.finished(folders)
+  local list = {}
+  for _, folder in ipairs(folders) do
+    if folder.state ~= "done" then
+      failure.raise(2, ("%s is not done (%s); only complete runs are compared"):format(folder.path,
+        folder.state))
+    end
+    for _, run in ipairs(folder.runs) do list[#list + 1] = run end
+  end
+  return list
+end
+
 ---@class limax.report.arm
 ---@field name string
 ---@field runs limax.report.run[]

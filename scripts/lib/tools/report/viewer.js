@@ -4,12 +4,9 @@
 (function () {
   const byId = (id) => document.getElementById(id);
   const TRAIL = "#c0392b";
-  // what the colours of the world are multiplied with on a dark page
-  const DIM = "#5c5f66";
   // rad, from straight above: the lowest place of the camera; how far it stays above ground
   const LOWEST = 3.0;
   const ABOVE = 0.03;
-  const dark = matchMedia("(prefers-color-scheme: dark)");
   const views = [];
   // draws all views in turn: a browser allows few WebGL contexts, and warns about each that has no GPU
   let renderer;
@@ -73,11 +70,7 @@
       part.edges.forEach((edge, k) => { if (edge) add("line", part, [k, (k + 1) % count], part.ink); });
     }
     const clear = { transparent: true, opacity: 0.2, depthWrite: false };
-    const solid = geometry(...lists.solid);
-    const dim = { opacity: 0.35, side: THREE.DoubleSide, depthWrite: false };
-    const shadow = new THREE.Mesh(solid, new THREE.ShadowMaterial(dim));
-    shadow.receiveShadow = true;
-    return [new THREE.Mesh(solid, new THREE.MeshBasicMaterial(surface())), shadow,
+    return [new THREE.Mesh(geometry(...lists.solid), new THREE.MeshBasicMaterial(surface())),
       new THREE.Mesh(geometry(...lists.wall), new THREE.MeshBasicMaterial(surface(clear))),
       new THREE.LineSegments(geometry(...lists.line), new THREE.LineBasicMaterial({ vertexColors: true }))];
   }
@@ -107,7 +100,6 @@
     }
     shape.setIndex(triangles);
     view.mesh = new THREE.Mesh(shape, new THREE.MeshLambertMaterial(surface()));
-    view.mesh.castShadow = true;
     const lines = new THREE.BufferGeometry();
     lines.setAttribute("position", shape.attributes.position);
     lines.setIndex(edges);
@@ -122,30 +114,14 @@
     return reach;
   }
 
-  // High above the body, so that its shadow shows where it touches the ground.
-  function sunOf(reach) {
-    const sun = new THREE.DirectionalLight(0xffffff, 0.5);
-    sun.castShadow = true;
-    sun.shadow.mapSize.set(1024, 1024);
-    sun.shadow.radius = 3;
-    sun.shadow.bias = -0.002;
-    Object.assign(sun.shadow.camera, { left: -3 * reach, right: 3 * reach, bottom: -3 * reach, top: 3 * reach,
-      near: 0.1, far: 20 * reach });
-    sun.userData.from = new THREE.Vector3(-0.25, -0.35, 1).multiplyScalar(8 * reach);
-    return sun;
-  }
-
   function build(view) {
     const { replay } = view;
     const path = view.path = pathOf(replay);
     // drawn over the body, as in a film strip
     view.trail = new THREE.Line(geometry(path), new THREE.LineBasicMaterial({ color: TRAIL, depthTest: false }));
     view.trail.renderOrder = 1;
-    view.ground = new THREE.Group();
-    view.ground.add(...worldOf(replay.world));
     view.world = new THREE.Group();
-    view.sun = sunOf(reachOf(view));
-    view.world.add(...bodyOf(view), view.trail, view.ground, view.sun, view.sun.target);
+    view.world.add(...bodyOf(view), view.trail, ...worldOf(replay.world));
     view.world.position.set(-path[0], -path[1], 0);
     view.world.traverse((thing) => { thing.frustumCulled = false; });
 
@@ -156,7 +132,9 @@
     view.tilt.quaternion.setFromUnitVectors(new THREE.Vector3(...replay.world.up), new THREE.Vector3(0, 0, 1));
     view.tilt.add(view.world);
     view.scene = new THREE.Scene();
-    view.scene.add(view.tilt, new THREE.AmbientLight(0xffffff, 0.58));
+    const sun = new THREE.DirectionalLight(0xffffff, 0.5);
+    sun.position.set(-0.25, -0.35, 1);
+    view.scene.add(view.tilt, sun, new THREE.AmbientLight(0xffffff, 0.58));
 
     view.camera = new THREE.PerspectiveCamera(38, 4 / 3, 0.01, 100);
     view.camera.up.set(0, 0, 1);
@@ -192,8 +170,6 @@
     view.mesh.geometry.attributes.position.needsUpdate = true;
     view.mesh.geometry.computeVertexNormals();
     view.trail.geometry.setDrawRange(0, first + 1);
-    view.sun.target.position.fromArray(path, first * 3);
-    view.sun.position.copy(view.sun.target.position).add(view.sun.userData.from);
     // the world moves and the camera does not: the same moment is the same picture, whatever was shown before
     const [x, y, z] = path.subarray(first * 3, first * 3 + 3);
     if (byId("follow").checked) view.world.position.set(-x, -y, replay.world.ground ? 0 : path[2] - z);
@@ -208,9 +184,6 @@
     if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
     const own = renderer.domElement;
     if (own.width !== width || own.height !== height) renderer.setSize(width, height, false);
-    for (const { material } of view.ground.children) {
-      if (material.vertexColors) material.color.set(dark.matches ? DIM : "#ffffff");
-    }
     renderer.setClearColor(new THREE.Color(getComputedStyle(view.canvas.parentNode).backgroundColor), 1);
     renderer.render(view.scene, view.camera);
     canvas.getContext("2d").drawImage(own, 0, 0);
@@ -249,7 +222,6 @@
     const panel = document.querySelector(".robots");
     try {
       renderer = new THREE.WebGLRenderer({ antialias: true });
-      renderer.shadowMap.enabled = true;
       for (const box of panel.querySelectorAll(".view")) {
         const view = { replay: await unpack(box.querySelector("script").textContent), canvas: box.querySelector("canvas") };
         build(view);
@@ -261,14 +233,11 @@
       panel.dataset.ready = "no";
       return;
     }
-    const redraw = () => views.forEach((view) => { view.dirty = true; });
     byId("time").max = state.most;
     byId("play").addEventListener("click", () => play(!state.playing));
     byId("reset").addEventListener("click", () => views.forEach((view) => view.controls.reset()));
     byId("time").addEventListener("input", () => { play(false); show(Number(byId("time").value)); });
     byId("follow").addEventListener("change", () => views.forEach(pose));
-    // the background follows the page
-    dark.addEventListener("change", redraw);
     // film strips are for readers without 3D, and for paper
     const strips = byId("strips");
     strips.open = false;

@@ -11,14 +11,13 @@ local evolve = require "limax.evolution.evolve"
 local exchange = require "limax.base.exchange"
 local experiments = require "limax.experiment.experiment"
 local failure = require "limax.base.failure"
-local folder = require "limax.tools.compare.folder"
 local host = require "limax.host"
 local options = require "limax.base.options"
 local outcome = require "limax.tools.compare.outcome"
 local output = require "limax.base.output"
 local plan = require "limax.tools.study.plan"
 local rank_share = require "limax.tools.study.rank_share"
-local runs = require "limax.tools.compare.runs"
+local runs = require "limax.tools.report.runs"
 local source = require "limax.base.source"
 local study_file = require "limax.run.study_file"
 local sweep = require "limax.tools.study.sweep"
@@ -193,14 +192,14 @@ function study.run(self, is_first)
   compute(self, is_first)
   if not is_first then return nil end
   write_list(self) -- others do not know what was spent on tuning here
-  local groups, list = arms.group(runs.read { self.out }), {}
+  local groups, list = arms.group(runs.finished(runs.read_all({ self.out }, true))), {}
   for _, group in ipairs(groups) do
     for _, run in ipairs(group.runs) do list[#list + 1] = run end
   end
   -- on the CPU as in `limax compare`, so that it gives the same numbers wherever the study ran
   local outcomes = outcome.measure(list, engine.device "cpu", { fitness = self.fitness })
   local result = verdict.compare(groups, outcomes)
-  folder.write(self.out .. "/compare", result, groups)
+  tables.write(self.out .. "/compare", result, groups)
   return result
 end
 

@@ -56,7 +56,7 @@ end
 local tolerance = schema.number { minimum = 0 }
 local near_options = schema.fields { rtol = tolerance, atol = tolerance }
 local golden_options = schema.fields { class = schema.choice(golden.class_names),
-  rtol = tolerance, atol = tolerance, why = schema.any, configuration = schema.any }
+  rtol = tolerance, atol = tolerance, why = schema.any }
 local statistics_options = schema.fields { seeds = schema.any, expected = schema.any,
   rtol = tolerance, atol = tolerance, at_least = schema.any, at_most = schema.any,
   level = schema.number { above = 0, below = 1 } }
@@ -96,8 +96,7 @@ function methods:same_bits(got, expected)
 end
 
 --- Calls `draw` for each seed, and fails if chance would explain its values less often than
---- `level`: their mean against `expected`, `at_least` or `at_most` by Student's t, or the values
---- against another sample by Mann and Whitney's test. Prints the mean.
+--- `level`: their mean against `expected`, `at_least` or `at_most` by Student's t. Prints the mean.
 ---@param draw fun(seed: integer): number|boolean
 ---@param options limax.test_statistics
 function methods:statistically(draw, options)
@@ -166,16 +165,14 @@ local function golden_tolerance(options)
   return rtol, atol, why or "the same bits", kind.name
 end
 
---- Fails unless the values are near those recorded in golden/SUITE_FILE/NAME.json, and the test has
---- simulated the same so far: scenes, materials, bodies and settings, but not the device, nor what
---- the test's matrix varies. A missing golden fails; `limax test --update-golden` records. `class`
---- is the kind of tolerance ("bits", "rounding", "short horizon", "statistics"), which sets rtol if
---- it is left out; `why` is its reason. `configuration` adds what no simulation shows, such as the
---- options of an expression.
+--- Fails unless the values are near those recorded in golden/SUITE_FILE/NAME.json. A missing golden
+--- fails; `limax test --update-golden` records. `class` is the kind of tolerance ("bits",
+--- "rounding", "short horizon", "statistics"), which sets rtol if it is left out; `why` is its
+--- reason.
 ---@param name string letters, digits, _ and -
 ---@param values table numbers, strings, tables and views
----@param options { class: string|nil, rtol: number|nil, atol: number|nil, why: string|nil,
---- configuration: table|nil }|nil exact if left out
+---@param options { class: string|nil, rtol: number|nil, atol: number|nil, why: string|nil
+--- }|nil exact if left out
 function methods:golden(name, values, options)
   options = checked(golden_options, options, "golden")
   if type(name) ~= "string" or not name:match "^[%w_%-]+$" then
@@ -196,7 +193,6 @@ function methods:golden(name, values, options)
   local failure, change = golden.check({
     path = golden.path(self.file, name), suite = self.suite, test = self.name, name = name,
     values = values, class = kind, rtol = rtol, atol = atol, why = why,
-    configuration = self.witness:hash(options.configuration),
     device = self.device and tostring(self.device) or "the default",
   }, update)
   if failure then fail(failure) end
@@ -224,23 +220,14 @@ function methods:fixture(name)
   local kept = shared and self.state.shared or self.made
   local key = shared and self.suite .. "\0" .. name or name
   if kept[key] == nil then
-    local value
-    if shared then
-      value, self.state.shared_hashes[key] = self.witness:aside(fixture.make)
-    else
-      value = fixture.make(self)
-    end
+    -- a shared one belongs to no test
+    local value = fixture.make(not shared and self or nil)
     if value == nil then fail(("fixture: %q made nothing"):format(name)) end
     kept[key] = value
     if fixture.close then
       table.insert(shared and self.state.closing or self.closing,
         function() fixture.close(value) end)
     end
-  end
-  -- what it simulated belongs to the goldens of every test that uses it
-  if shared and not self.made[key] then
-    self.made[key] = true
-    self.witness:add(self.state.shared_hashes[key])
   end
   return kept[key]
 end
@@ -302,17 +289,15 @@ end
 ---@field goldens table<string, string> the test that owns each golden of the file
 ---@field recorded table<string, boolean> goldens that this run has recorded
 ---@field shared table<string, any> shared fixtures by suite and name
----@field shared_hashes table<string, string[]> of what each simulated
 ---@field closing fun()[] end them
 
 ---@param update limax.golden_update|nil how goldens are recorded; nil: they are compared
 ---@return limax.test_file_state
 function context.file_state(update)
-  return { update = update, goldens = {}, recorded = {}, shared = {}, shared_hashes = {},
-    closing = {} }
+  return { update = update, goldens = {}, recorded = {}, shared = {}, closing = {} }
 end
 
----@param fields table those of limax.test_context, and fixtures, state and witness
+---@param fields table those of limax.test_context, fixtures and state
 ---@return limax.test_context
 function context.new(fields)
   fields.notes, fields.folders, fields.made, fields.closing, fields.checks = {}, {}, {}, {}, 0

@@ -1,9 +1,7 @@
 --- golden.lua: recorded values beside the suite that compares with them,
 --- golden/SUITE_FILE/NAME.json. Only `limax test --update-golden` writes one; it stores a reason
---- for every change. A golden belongs to one configuration: for another simulation its values do
---- not apply.
+--- for every change.
 
-local choice = require "limax.base.choice"
 local compare = require "limax.tools.test.compare"
 local engine = require "limax.engine"
 local host = require "limax.host"
@@ -72,26 +70,6 @@ local function plain(value, path)
     tostring(value))
 end
 
--- The file's text, with a line for each entry of `values`, so that versions can be compared.
-local function encoded(record)
-  local encode, lines = host.json.encode, { "{" }
-  for _, key in ipairs { "schema", "suite", "test", "name", "class", "why", "rtol", "atol",
-    "configuration", "recorded", "changes" } do
-    lines[#lines + 1] = ("  %s: %s,"):format(encode(key), encode(record[key]))
-  end
-  if type((next(record.values))) ~= "string" then
-    lines[#lines + 1] = ('  "values": %s'):format(encode(record.values))
-  else
-    local entries = {}
-    for i, name in ipairs(choice.sorted_keys(record.values)) do
-      entries[i] = ("    %s: %s"):format(encode(name), encode(record.values[name]))
-    end
-    lines[#lines + 1] = '  "values": {\n' .. table.concat(entries, ",\n") .. "\n  }"
-  end
-  lines[#lines + 1] = "}\n"
-  return table.concat(lines, "\n")
-end
-
 -- The record of a golden; otherwise nil and why the file is not one.
 local function read(path)
   local record, message = host.json.decode(source.read(path) or "", path)
@@ -100,7 +78,6 @@ local function read(path)
     return nil, ("%s is not a golden of schema %s; delete it to record a new one"):format(path,
       SCHEMA)
   end
-  if record.configuration == host.json.null then record.configuration = nil end
   return record
 end
 
@@ -115,7 +92,6 @@ end
 ---@field atol number
 ---@field why string
 ---@field device string
----@field configuration string|nil SHA-256 of what was simulated
 
 ---@class limax.golden_update
 ---@field reason string|nil why goldens change
@@ -139,9 +115,6 @@ end
 -- What changes; nil if nothing does.
 local function change_of(old, request, differences)
   local count = #differences == 1 and "1 value" or #differences .. " values"
-  if old.configuration ~= request.configuration then
-    return "another configuration, " .. count .. listed(differences)
-  end
   if #differences > 0 then return count .. ", old -> new" .. listed(differences) end
   local before, now = tolerance_text(old), tolerance_text(request)
   if before ~= now then return ("another tolerance: %s -> %s"):format(before, now) end
@@ -160,11 +133,11 @@ local function record(request, values, old, update)
     end
     changes[#changes + 1] = { reason = reason, change = change:match "^[^\n]*" }
   end
-  local text = encoded { schema = SCHEMA, suite = request.suite, test = request.test,
+  local text = host.json.encode({ schema = SCHEMA, suite = request.suite, test = request.test,
     name = request.name, class = request.class, why = request.why, rtol = request.rtol,
     atol = request.atol, values = values, changes = host.json.array(changes),
-    configuration = request.configuration or host.json.null, recorded = { limax = host.version,
-      compiler = host.environment().compiler, device = request.device } }
+    recorded = { limax = host.version, compiler = host.environment().compiler,
+      device = request.device } }, { indent = 2 }) .. "\n"
   local fine, message = host.file.mkdir(request.path:match "^(.*)/")
   if fine then fine, message = host.file.write_atomic(request.path, text) end
   if not fine then return ("cannot write %s: %s"):format(request.path, tostring(message)) end
@@ -189,12 +162,6 @@ function golden.check(request, update)
   if not old then
     return ("there is no golden %s; check the values, then record them with "
       .. "limax test FILE --update-golden"):format(path)
-  end
-  if old.configuration ~= request.configuration then
-    return ("golden %s is of another configuration (%s, now %s): scene, materials, bodies or "
-      .. "settings have changed; limax test FILE --update-golden records it anew"):format(
-      request.name, (old.configuration or "none"):sub(1, 12),
-      (request.configuration or "none"):sub(1, 12))
   end
   local differences = compare.near(old.values, values, request)
   if #differences == 0 then return nil end

@@ -1,8 +1,7 @@
---- report.lua: what `limax test` prints: plain lines for people; lines of JSON and JUnit's XML for
---- programs. A reporter is a function that takes events: tables with `event`
---- "begin", "file", "start" (of a test), "test" (its result) and "end". Times in seconds.
+--- report.lua: what `limax test` prints: plain lines for people, lines of JSON for programs. A
+--- reporter is a function that takes events: tables with `event` "begin", "file", "start" (of a
+--- test), "test" (its result) and "end". Times in seconds.
 
-local failure = require "limax.base.failure"
 local host = require "limax.host"
 local shell = require "limax.base.shell"
 local terminal = require "limax.base.terminal"
@@ -42,7 +41,7 @@ local function failure_text(event)
   return event.where and ("%s: %s"):format(event.where, event.text) or event.text
 end
 
--- A text of valid UTF-8, which JSON and XML need: if it has other bytes, each run of bytes beyond
+-- A text of valid UTF-8, which JSON needs: if it has other bytes, each run of bytes beyond
 -- ASCII becomes a question mark.
 local function valid_text(text)
   if pcall(host.json.encode, text) then return text end
@@ -148,68 +147,6 @@ end
 ---@param separator string before each
 function report.json(write, separator)
   return function(event) write(separator .. host.json.encode(valid(event)) .. "\n") end
-end
-
-local ENTITIES = { ["&"] = "&amp;", ["<"] = "&lt;", [">"] = "&gt;", ['"'] = "&quot;" }
-
--- XML 1.0 allows no other control characters.
-local function escaped(text)
-  text = valid_text(text):gsub("[%z\1-\8\11\12\14-\31\127]+", "?")
-  return (text:gsub('[&<>"]', ENTITIES))
-end
-
--- What a <testcase> holds.
-local function case_text(result)
-  local inner = ""
-  if result.status == "failed" then
-    inner = ('      <failure message="%s">%s</failure>\n'):format(
-      escaped(result.text:match "^[^\n]*"), escaped(failure_text(result)))
-  elseif result.status == "skipped" then
-    inner = ('      <skipped message="%s"/>\n'):format(escaped(result.text))
-  end
-  if result.notes[1] then
-    inner = ("%s      <system-out>%s</system-out>\n"):format(inner,
-      escaped(table.concat(result.notes, "\n")))
-  end
-  return inner
-end
-
---- JUnit's XML, written at the end. An empty file is written before the tests run: a path that
---- cannot be written fails early, and no results of an earlier run remain.
-function report.junit(path)
-  local files = {}
-  local function write(status)
-    local parts = { '<?xml version="1.0" encoding="UTF-8"?>\n<testsuites name="limax test">\n' }
-    for _, file in ipairs(files) do
-      parts[#parts + 1] = ('  <testsuite name="%s" tests="%d" failures="%d" skipped="%d" '
-        .. 'time="%.3f">\n%s  </testsuite>\n'):format(escaped(file.path), #file.cases, file.failed,
-        file.skipped, file.seconds, table.concat(file.cases))
-    end
-    parts[#parts + 1] = "</testsuites>\n"
-    local fine, message = host.file.write_atomic(path, table.concat(parts))
-    if not fine then failure.raise(status, "--junit: " .. message) end
-  end
-  local function case(status, suite, name, seconds, inner)
-    local file = files[#files]
-    file.seconds, file[status] = file.seconds + seconds, file[status] + 1
-    table.insert(file.cases, ('    <testcase classname="%s" name="%s" time="%.3f">\n%s'
-      .. "    </testcase>\n"):format(escaped(suite), escaped(name), seconds, inner))
-  end
-  write(2)
-  return reporter {
-    file = function(file)
-      table.insert(files,
-        { path = file.path, cases = {}, passed = 0, failed = 0, skipped = 0, seconds = 0 })
-      if file.failure then
-        case("failed", file.path, "loads", 0,
-          ('      <error message="does not load">%s</error>\n'):format(escaped(file.failure)))
-      end
-    end,
-    test = function(result)
-      case(result.status, result.suite, result.test, result.seconds, case_text(result))
-    end,
-    ["end"] = function() write(1) end,
-  }
 end
 
 return report

@@ -9,7 +9,6 @@ local failure = require "limax.base.failure"
 local host = require "limax.host"
 local script = require "limax.base.script"
 local test = require "limax.test"
-local witness = require "limax.tools.test.witness"
 
 local runner = {}
 
@@ -201,19 +200,16 @@ local function run(file, instance, state)
   local started = host.clock()
   local device, result = prepare(instance)
   local interrupted
-  local seen = witness.new(instance.case.axes)
   local t = context.new {
     name = instance.case.name, suite = instance.suite, file = file.path, device = device,
     threads = instance.values.threads, precision = instance.values.precision,
     integrator = instance.values.integrator, seed = instance.values.seed,
-    fixtures = instance.fixtures, state = state, witness = seen,
+    fixtures = instance.fixtures, state = state,
   }
   if not result then
     local limit = instance.limit
     engine.limit_time(limit)
-    seen:begin()
     local fine, value, trace = without_exit(host.protect, instance.case.run, t)
-    seen:finish()
     engine.limit_time(nil)
     interrupted = not fine and value == host.interrupt
     result = outcome(t.checks, fine, value, trace)

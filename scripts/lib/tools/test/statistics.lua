@@ -1,7 +1,6 @@
---- statistics.lua: `t:statistically`: whether a mean over seeds, or a whole sample, is as expected.
---- It fails only if chance would explain the sample less often than `level`.
+--- statistics.lua: `t:statistically`: whether a mean over seeds is as expected. It fails only if
+--- chance would explain the sample less often than `level`.
 
-local rank_sum = require "limax.base.statistics.rank_sum"
 local student = require "limax.base.statistics.student"
 
 local statistics = {}
@@ -26,20 +25,6 @@ local function sample(draw, seeds)
   return list
 end
 
-local function compare_samples(list, expected, level)
-  local smallest = rank_sum.smallest_p(#list, #expected)
-  if smallest > level then
-    return ("%d and %d values cannot differ at the level %g: their smallest p is %.2g; take more "
-      .. "seeds or a larger level"):format(#list, #expected, level, smallest)
-  end
-  local result = rank_sum.test(list, expected)
-  local text = ("p %.2g, A12 %.2f, %d and %d values"):format(result.p, result.a12, #list, #expected)
-  if result.p < level then
-    return ("the samples differ: %s; the level is %g"):format(text, level)
-  end
-  return nil, text
-end
-
 local function compare_mean(list, options, level)
   local mean, half = student.interval(list, 1 - level)
   local text = ("mean %.6g +- %.2g of %d seeds (level %g)"):format(mean, half, #list, level)
@@ -61,7 +46,7 @@ end
 
 ---@class limax.test_statistics
 ---@field seeds integer[]|integer|nil the seeds, or how many from 1; 12
----@field expected number|number[]|nil the mean, or a sample to compare with
+---@field expected number|nil the mean
 ---@field rtol number|nil of an expected mean, in addition to chance
 ---@field atol number|nil
 ---@field at_least number|nil
@@ -86,9 +71,6 @@ function statistics.check(draw, options)
   end
   local list, message = sample(draw, seeds)
   if not list then return message end
-  if type(options.expected) == "table" then
-    return compare_samples(list, options.expected, level)
-  end
   return compare_mean(list, options, level)
 end
 

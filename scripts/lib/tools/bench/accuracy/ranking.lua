@@ -171,19 +171,6 @@ function ranking.run(size, set, device, say)
   return { columns = ranking.COLUMNS, rows = rows }
 end
 
--- What each body's own step saves against the paper's.
-local function savings_of_auto(rows)
-  local least, most
-  for _, row in ipairs(rows) do
-    if row.setting == "auto" and row.relative_to_paper then
-      local times = 1 / row.relative_to_paper
-      least, most = math.min(least or times, times), math.max(most or times, times)
-    end
-  end
-  return least and ("the step auto takes %.0f to %.0f times less time than the paper's %g s")
-    :format(least, most, PAPER.time_step) or "the step auto has no price here"
-end
-
 -- The number of failed robots, or why there is none.
 local function failed_of(row)
   if row.status ~= "refused" then return row.failed end
@@ -207,7 +194,6 @@ function ranking.text(result, style)
     local note = ("%s, %s: %s"):format(row.case, row.setting, row.reason)
     if failed_of(row) == "refused" and notes[#notes] ~= note then notes[#notes + 1] = note end
   end
-  notes[#notes + 1] = savings_of_auto(result.rows)
   return ("order of the robots against the finest setting; elites are the best %d %%\n"):format(
     100 * ELITES) .. terminal.rows(TABLE, result.rows, style) .. "\n"
     .. table.concat(notes, "\n")
