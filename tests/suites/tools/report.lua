@@ -270,13 +270,4 @@ suite:test("a run in progress is reported and listed", { limit = 20 }, function(
   t:ok(done.stdout:find "runs/whole +done +fixed +7 +1 +3/3 ", done.stdout)
 end)
 
-suite:test("a folder that is not a run is refused with its name", function(t)
-  local base = t:folder()
-  for _, words in ipairs { { "report", "nothing" }, { "list", "nothing" } } do
-    process.fails(t, base, 2, words, "nothing")
-  end
-  assert(host.file.mkdir(base .. "/runs"))
-  process.fails(t, base, 1, { "list" }, "there is no run folder in runs")
-end)
-
 return suite

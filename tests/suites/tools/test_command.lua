@@ -154,13 +154,6 @@ printing:test("refuses options that it cannot follow", function(t)
     t:equal(status, 2)
     contains(t, output, bad[1])
   end
-  -- an installation without suites
-  for _, name in ipairs { "bindings", "scripts", "materials" } do
-    os.execute(("ln -s '%s/%s' '%s'"):format(host.home, name, folder))
-  end
-  local output, status = trials.run({ "test" }, ("LIMAX_HOME='%s'"):format(folder))
-  t:equal({ output, status }, { ("limax: limax's own suites are in its source tree, not in %s; "
-    .. "name a file or folder: limax test FILE.lua\n"):format(folder), 2 })
 end)
 
 -- ---- comparing ---------------------------------------------------------------------------------

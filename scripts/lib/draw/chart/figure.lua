@@ -1,6 +1,5 @@
 --- figure.lua: panels for a printed page: as wide as a column or a text, 8 pt throughout, with a
---- key of markers and a sentence on what is drawn below. The same figure as SVG, PDF and PNG, and
---- its numbers as rows.
+--- sentence on what is drawn below. The same figure as SVG and PDF, and its numbers as rows.
 
 local canvases = require "limax.draw.canvas"
 local csv = require "limax.base.csv"
@@ -9,13 +8,13 @@ local source = require "limax.base.source"
 
 local figure = {}
 
---- Widths in mm: of a column and of a text in most journals.
-figure.WIDTHS = { 85, 175 }
+-- Widths in mm: of a column and of a text in most journals.
+local WIDTHS = { 85, 175 }
 
---- px of 1/96 inch in a millimetre.
-figure.PX_PER_MM = 96 / 25.4
---- px of a text of 8 pt.
-figure.TEXT = 8 * 96 / 72
+-- px of 1/96 inch in a millimetre.
+local PX_PER_MM = 96 / 25.4
+-- px of a text of 8 pt.
+local TEXT = 8 * 96 / 72
 
 -- px: height of a line of text and of a panel, least width of a panel, and the outer margin
 local LINE, HEIGHT, NARROWEST, MARGIN = 14, 205, 300, 6
@@ -25,58 +24,25 @@ local LINE, HEIGHT, NARROWEST, MARGIN = 14, 205, 300, 6
 ---@field title string for screen readers and viewers; it is not drawn
 ---@field panels limax.chart.panel[]
 ---@field foot string what is drawn, and of how many runs
----@field key { marker: string, color: string, text: string }[]|nil
----@field csv string|nil its numbers, if not those of its curves
----@field columns integer|nil panels side by side; by the width if left out
----@field height integer|nil px, of a panel
 
-local function width_of(text) return canvases.text_width(text, { size = figure.TEXT }) end
-
--- The key as rows that fit: { { entry, x }, ... }.
-local function key_rows(key, width)
-  local rows, x = {}, math.huge
-  for _, entry in ipairs(key) do
-    local room = 12 + width_of(entry.text) + 14
-    if x + room > width then
-      rows[#rows + 1] = {}
-      x = MARGIN + 6
-    end
-    table.insert(rows[#rows], { entry = entry, x = x })
-    x = x + room
-  end
-  return rows
-end
-
---- The file of a figure.
----@param kind "svg"|"pdf"|"png"
----@param millimetres number its width
----@param options? { zoom: integer|nil } see canvas.lua
-function figure.draw(kind, spec, millimetres, options)
-  local width = math.floor(millimetres * figure.PX_PER_MM + 0.5)
-  local columns = math.min(spec.columns or math.max(1, math.floor(width / NARROWEST)),
+-- The file of a figure of this width.
+local function draw(kind, spec, millimetres)
+  local width = math.floor(millimetres * PX_PER_MM + 0.5)
+  local columns = math.min(math.max(1, math.floor(width / NARROWEST)),
     math.max(1, #spec.panels))
   local wide = (width - 2 * MARGIN) / columns
-  local rows, high = math.ceil(#spec.panels / columns), spec.height or HEIGHT
-  local foot = canvases.wrapped(spec.foot, { size = figure.TEXT }, width - 2 * MARGIN)
-  local key = key_rows(spec.key or {}, width)
-  local canvas = canvases.new(kind, width, rows * high + (#key + #foot) * LINE + 12,
-    { title = spec.title, description = spec.foot, millimetres = millimetres,
-      zoom = options and options.zoom })
+  local rows, high = math.ceil(#spec.panels / columns), HEIGHT
+  local foot = canvases.wrapped(spec.foot, { size = TEXT }, width - 2 * MARGIN)
+  local canvas = canvases.new(kind, width, rows * high + #foot * LINE + 12,
+    { title = spec.title, description = spec.foot, millimetres = millimetres })
   for k, each in ipairs(spec.panels) do
     panel.draw(canvas, each, { left = MARGIN + (k - 1) % columns * wide,
       top = math.floor((k - 1) / columns) * high, width = wide, height = high,
-      right = panel.room(each, wide, figure.TEXT), size = figure.TEXT })
+      right = panel.room(each, wide, TEXT), size = TEXT })
   end
   local y = rows * high + LINE
-  for _, row in ipairs(key) do
-    for _, at in ipairs(row) do
-      panel.marker(canvas, { at.x, y - 4 }, at.entry.marker, at.entry.color)
-      canvas:text(at.x + 10, y, at.entry.text, { size = figure.TEXT })
-    end
-    y = y + LINE
-  end
   for _, line in ipairs(foot) do
-    canvas:text(MARGIN, y, line, { size = figure.TEXT })
+    canvas:text(MARGIN, y, line, { size = TEXT })
     y = y + LINE
   end
   return canvas:finish()
@@ -109,17 +75,15 @@ local function csv_of(spec)
 end
 
 --- Writes a figure as SVG and PDF of both widths, and its numbers as CSV.
----@param spec { name: string, csv: string|nil }
----@param draw? fun(kind: string, millimetres: number): string figure.draw if left out
-function figure.write(folder, spec, draw)
-  local function write(name, text) source.write(folder .. "/" .. name, text) end
-  for _, millimetres in ipairs(figure.WIDTHS) do
+---@param spec limax.chart.figure
+function figure.write(folder, spec)
+  for _, millimetres in ipairs(WIDTHS) do
     for _, kind in ipairs { "svg", "pdf" } do
-      write(("%s-%d.%s"):format(spec.name, millimetres, kind),
-        draw and draw(kind, millimetres) or figure.draw(kind, spec, millimetres))
+      source.write(("%s/%s-%d.%s"):format(folder, spec.name, millimetres, kind),
+        draw(kind, spec, millimetres))
     end
   end
-  write(spec.name .. ".csv", spec.csv or csv_of(spec))
+  source.write(("%s/%s.csv"):format(folder, spec.name), csv_of(spec))
 end
 
 return figure

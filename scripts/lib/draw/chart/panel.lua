@@ -1,5 +1,4 @@
---- panel.lua: one pair of axes with curves, each named where it ends, bands around curves, limits,
---- single points with a name, and failures in a strip above the axes.
+--- panel.lua: one pair of axes with curves, each named where it ends, and bands around curves.
 
 local axis = require "limax.draw.chart.axis"
 local canvases = require "limax.draw.canvas"
@@ -8,10 +7,10 @@ local marks = require "limax.draw.chart.marks"
 local panel = {}
 
 local ink = { text = canvases.ink, faint = canvases.faint, grid = "#e4e6e9", fine = "#f1f2f4",
-  frame = "#9aa0a6", strip = "#fbeeea", fail = "#b3261e", band = "#8c9198" }
+  frame = "#9aa0a6" }
 
--- px around the axes; of the strip of failures, and of a line of text
-local LEFT, TOP, BOTTOM, STRIP, LINE = 62, 34, 44, 20, 13.5
+-- px around the axes, and of a line of text
+local LEFT, TOP, BOTTOM, LINE = 62, 34, 44, 13.5
 -- names of curves get no more room than this share of a panel
 local MOST_NAMES = 0.4
 -- more markers than these on one curve are drawn at half the size
@@ -25,7 +24,6 @@ local MANY = 200
 ---@field dash number[]|"none"|nil px drawn and left out; "none" has markers only
 ---@field width number|nil px
 ---@field marker "dot"|"ring"|"square"|"diamond"|"wide ring"|"none"|nil
----@field failures number[]|nil x of what failed
 
 ---@class limax.chart.band
 ---@field points number[][] { x, low, high }
@@ -39,9 +37,6 @@ local MANY = 200
 ---@field y table
 ---@field curves limax.chart.curve[]
 ---@field bands limax.chart.band[]|nil behind the curves
----@field floor { y: number, text: string }|nil values below it have no meaning
----@field limits { y: number, text: string, color: string|nil }[]|nil dashed lines
----@field points { x: number, y: number, name: string, color: string|nil }[]|nil
 ---@field note string|nil a line below the title
 ---@field marks limax.chart.marks|nil robots
 ---@field right number|nil px, the room for the names of the curves in a page
@@ -77,9 +72,7 @@ local function values_of(spec, k)
   local function add(value) values[#values + 1] = value end
   for _, curve in ipairs(spec.curves) do
     for _, point in ipairs(curve.points) do add(point[k]) end
-    for _, x in ipairs(k == 1 and curve.failures or {}) do add(x) end
   end
-  for _, point in ipairs(spec.points or {}) do add(k == 1 and point.x or point.y) end
   for _, mark in ipairs(spec.marks and spec.marks.list or {}) do
     add(k == 1 and mark.x or mark.y)
   end
@@ -89,8 +82,6 @@ local function values_of(spec, k)
       if k == 2 then add(point[3]) end
     end
   end
-  for _, limit in ipairs(k == 2 and spec.limits or {}) do add(limit.y) end
-  if spec.floor and k == 2 then add(spec.floor.y) end
   return values
 end
 
@@ -144,12 +135,8 @@ local function draw_axes(place, far_left)
   end
 end
 
---- Draws a marker.
----@param at number[] { x, y }
----@param kind string|nil a dot if left out
----@param size? number px, 3
-function panel.marker(canvas, at, kind, color, size)
-  size = size or 3
+-- Draws a marker at { x, y }, a dot if left out.
+local function draw_marker(canvas, at, kind, color, size)
   if kind == "none" then return end
   if kind == "wide ring" then
     -- around other markers, so that several series show at one place
@@ -191,83 +178,6 @@ local function draw_names(place, labels)
   end
 end
 
--- Crosses in a strip above the axes: what failed has no y.
-local function draw_failures(place, curves)
-  local canvas, top = place.canvas, place.top - STRIP
-  canvas:box(place.left, top, place.right - place.left, STRIP - 3, ink.strip)
-  place:text(place.right + 11, top + 13, "failed", { fill = ink.fail })
-  for _, curve in ipairs(curves) do
-    for _, value in ipairs(curve.failures or {}) do
-      local cx, cy, r = place:at_x(value), top + (STRIP - 3) / 2, 3.6
-      for _, sign in ipairs { -1, 1 } do
-        canvas:line({ cx - r, cy - sign * r }, { cx + r, cy + sign * r }, curve.color, 1.8)
-      end
-    end
-  end
-end
-
--- A line of small text at the left edge; names keep out of its room.
-local function small_text(place, y, text, color, taken)
-  local style = { size = place.size - 1, fill = color }
-  place:text(place.left + 6, y, text, style)
-  taken[#taken + 1] = { left = place.left + 6,
-    right = place.left + 6 + canvases.text_width(text, style), y = y }
-end
-
-local function draw_floor(place, floor, taken)
-  local at = place:at_y(floor.y)
-  place.canvas:box(place.left, at, place.right - place.left, place.bottom - at, ink.band, 0.13)
-  place.canvas:line({ place.left, at }, { place.right, at }, ink.band, 1)
-  -- within the band where it is high enough, else just above it
-  small_text(place, place.bottom - at > 16 and at + 12 or at - 4, floor.text, ink.faint, taken)
-end
-
-local function draw_limits(place, limits, taken)
-  for _, limit in ipairs(limits) do
-    local color, at = limit.color or ink.faint, place:at_y(limit.y)
-    small_text(place, at - 4, limit.text, color, taken)
-    place.canvas:path({ { place.left, at }, { place.right, at } },
-      { stroke = color, width = 1.2, dash = { 5, 4 } })
-  end
-end
-
--- Places of a name beside its ring: right or left of it, above or below, or a line higher.
-local SIDES = { { 10, -6 }, { 10, 15 }, { -10, -6 }, { -10, 15 }, { 10, -20 }, { -10, -20 },
-  { 10, -34 }, { -10, -34 } }
-
--- The first side on which a name stays inside and crosses no other name.
-local function free_side(place, at, wide, taken)
-  local best
-  for _, side in ipairs(SIDES) do
-    local left = side[1] > 0 and at[1] + side[1] or at[1] + side[1] - wide
-    local spot = { left = left, right = left + wide, y = at[2] + side[2], side = side }
-    best = best or spot
-    local fits = spot.left > place.left and spot.right < place.right and spot.y < place.bottom
-    for _, other in ipairs(taken) do
-      fits = fits and (spot.right < other.left or spot.left > other.right
-        or math.abs(spot.y - other.y) > LINE)
-    end
-    if fits then
-      best = spot
-      break
-    end
-  end
-  taken[#taken + 1] = best
-  return best
-end
-
--- Rings with a name; names keep out of each other's way and of the room that is taken.
-local function draw_points(place, points, taken)
-  for _, point in ipairs(points) do
-    local at, color = place:at { point.x, point.y }, point.color or ink.text
-    place.canvas:circle(at, 7, { stroke = color, width = 1.8 })
-    local wide = canvases.text_width(point.name, { size = place.size, bold = true })
-    local spot = free_side(place, at, wide, taken)
-    place:text(at[1] + spot.side[1], spot.y, point.name, { bold = true, halo = true, fill = color,
-      anchor = spot.side[1] < 0 and "end" or nil })
-  end
-end
-
 -- Draws curves; returns the labels of those with a name.
 local function draw_curves(place, curves)
   local labels = {}
@@ -279,7 +189,7 @@ local function draw_curves(place, curves)
         dash = curve.dash })
     end
     for _, at in ipairs(path) do
-      panel.marker(place.canvas, at, curve.marker, curve.color, #path > MANY and 1.5 or 3)
+      draw_marker(place.canvas, at, curve.marker, curve.color, #path > MANY and 1.5 or 3)
     end
     if curve.name and #path > 0 then
       labels[#labels + 1] = { name = curve.name, color = curve.color, wanted = path[#path][2],
@@ -306,11 +216,8 @@ end
 --- size: number, title: number|nil } px; `right` of the axes, `size` of texts, `title` of the title
 ---@return limax.chart.place where values are on the page
 function panel.draw(canvas, spec, box)
-  local failed = false
-  for _, curve in ipairs(spec.curves) do failed = failed or #(curve.failures or {}) > 0 end
-  local head = TOP + (spec.note and 14 or 0) + (failed and STRIP or 0)
   local place = setmetatable({ canvas = canvas, size = box.size, left = box.left + LEFT,
-    right = box.left + box.width - box.right, top = box.top + head,
+    right = box.left + box.width - box.right, top = box.top + TOP + (spec.note and 14 or 0),
     bottom = box.top + box.height - BOTTOM, x = axis.new(spec.x, values_of(spec, 1)),
     y = axis.new(spec.y, values_of(spec, 2)) }, Place)
   place:text(box.left + 8, box.top + 17, spec.title, { size = box.title, bold = true })
@@ -321,13 +228,7 @@ function panel.draw(canvas, spec, box)
   if spec.marks then marks.draw(place, spec.marks) end
   local bands = spec.bands or {}
   for _, band in ipairs(bands) do draw_band(place, band, #bands > 1) end
-  -- room of texts that the names of points must not cross
-  local taken = {}
-  if spec.floor then draw_floor(place, spec.floor, taken) end
-  draw_limits(place, spec.limits or {}, taken)
-  if failed then draw_failures(place, spec.curves) end
   draw_names(place, draw_curves(place, spec.curves))
-  draw_points(place, spec.points or {}, taken)
   return place
 end
 
