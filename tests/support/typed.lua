@@ -19,11 +19,10 @@ local PATIENCE = 60
 ---@field text string|nil
 ---@field signal integer|nil is sent to the program before the keys
 
---- Types steps at `limax repl`, or another command; a step without its expected end fails the test.
+--- Types steps at `limax repl`; a step without its expected end fails the test.
 ---@param t limax.test_context
 ---@param steps typed.step[]
----@param options? { command?: string, words?: string[], folder?: string,
---- environment?: table<string, string> }
+---@param options? { words?: string[], folder?: string }
 ---@return { status: integer, echo: boolean, steps: { lines: string[] }[] }
 function typed.run(t, steps, options)
   if os.execute "command -v python3 >/dev/null" ~= 0 then t:skip "python3 is not installed" end
@@ -35,10 +34,9 @@ function typed.run(t, steps, options)
       wait = step.wait or 0, file = step.file or "", text = step.text or "",
       signal = step.signal or 0 }
   end
-  local command = { host.executable, options.command or "repl" }
+  local command = { host.executable, "repl" }
   local environment = { TERM = "dumb", HOME = folder, XDG_STATE_HOME = folder .. "/state",
     XDG_CONFIG_HOME = folder .. "/config" }
-  for name, value in pairs(options.environment or {}) do environment[name] = value end
   for _, word in ipairs(options.words or {}) do command[#command + 1] = word end
   process.write(folder .. "/steps.json", host.json.encode { command = command, columns = 200,
     seconds = PATIENCE, steps = list, environment = environment })

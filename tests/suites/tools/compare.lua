@@ -346,6 +346,15 @@ suite:test("a champion that fails at publish is the worst of all, and counted", 
   t:equal(result.arms[1].n, 6)
 end)
 
+suite:test("exploratory: shares of proposed fields by outcome", function(t)
+  local one = { ledger = { { entries = {} }, { entries = { { outcome = "accepted" },
+    { outcome = "kept" }, { outcome = "rate-limited" } } }, { entries = { { outcome = "clamped" },
+    { outcome = "accepted" } } } } }
+  t:equal(measures.proposals { one }, { proposed = 4, accepted = 0.5, clamped = 0.25,
+    rate_limited = 0.25, rejected = 0 })
+  t:equal(measures.proposals { { ledger = {} } }, { proposed = 0 })
+end)
+
 suite:test("exploratory: a missed target is censored, the area is a mean", function(t)
   local result = judge({ arm_of("fixed", { 1, 2, 3 }), arm_of("other", { 1, 1, 5 }) },
     { target = 2 })
