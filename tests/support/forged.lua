@@ -25,7 +25,7 @@ end
 ---@param file string below it
 ---@param change fun(text: string): string
 function forged.text(folder, file, change)
-  local text, lines = change(source.read(folder .. "/" .. file)), {}
+  local text, lines, at = change(source.read(folder .. "/" .. file)), {}, 0
   write(folder .. "/" .. file, text)
   for each in source.read(folder .. "/journal.jsonl"):gmatch "[^\n]+" do
     local line = sealed.open(each)
@@ -40,7 +40,9 @@ function forged.text(folder, file, change)
         line.lines[name] = line_part(text, line.generation)
       end
     end
+    line.at = line.at and at
     lines[#lines + 1] = sealed.add(host.json.encode(line)) .. "\n"
+    at = at + #lines[#lines]
   end
   write(folder .. "/journal.jsonl", table.concat(lines))
 end

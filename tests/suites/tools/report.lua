@@ -2,6 +2,7 @@
 --- loads nothing, and shows what a run or a model wrote as text.
 
 local evolution = require "support.evolution"
+local forged = require "support.forged"
 local host = require "limax.host"
 local limax = require "limax"
 local process = require "support.process"
@@ -214,9 +215,9 @@ suite:test("HTML in a name, reason or note is shown as text", { limit = 20 }, fu
   run(base .. "/r", { not_in_paper = { evil },
     supervisor = function() return { [evil] = evil, mutation_rate = 0.11 }, evil end })
   -- an experiment's name cannot be like this; a folder from elsewhere may say so
-  local config = host.json.decode(source.read(base .. "/r/config.json"))
-  config.name, config.supervisor = evil, evil
-  assert(host.file.write_atomic(base .. "/r/config.json", host.json.encode(config)))
+  forged.object(base .. "/r", "config.json", function(config)
+    config.name, config.supervisor = evil, evil
+  end)
   report(t, base, { "r", "--no-robots" })
   local page = source.read(base .. "/r/report.html")
   t:ok(not page:find("<img", 1, true) and not page:find("onerror=\"", 1, true), "inert")

@@ -98,8 +98,8 @@ end)
 suite:test("no control character reaches a terminal", { limit = 60 }, function(t)
   local base = t:folder()
   local folder = run(base .. "/r\27[2J\n<b>'\"&")
-  rewrite(folder .. "/config.json", setter("name", "a\27[2Jb\194\155c\nd"))
-  rewrite(folder .. "/config.json", setter("supervisor", { name = "\27]0;x\7" }))
+  forged.object(folder, "config.json", setter("name", "a\27[2Jb\194\155c\nd"))
+  forged.object(folder, "config.json", setter("supervisor", { name = "\27]0;x\7" }))
   local function clean(status, ...)
     local done = process.ends(base, { ... }, { before = "export NO_COLOR=1;" })
     local text = done.stdout .. done.stderr
@@ -128,7 +128,7 @@ suite:test("a name that a spreadsheet would take for a formula is text in CSV", 
   local base = t:folder()
   local folder = run(base .. "/r", { supervisor = "fixed" })
   for _, name in ipairs { "=1+1", "@SUM(A1)", "+x", "-x" } do
-    rewrite(folder .. "/config.json", setter("supervisor", { name = name }))
+    forged.object(folder, "config.json", setter("supervisor", { name = name }))
     local done = process.completes(t, base, { "compare", folder, "--csv" })
     t:ok(done.stdout:find("\n'" .. name .. ",1,", 1, true), done.stdout)
   end

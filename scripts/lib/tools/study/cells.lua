@@ -3,7 +3,6 @@
 local evolve = require "limax.evolution.evolve"
 local experiments = require "limax.experiment.experiment"
 local failure = require "limax.base.failure"
-local journal = require "limax.run.journal"
 local resume = require "limax.run.resume"
 local run_config = require "limax.run.config"
 local run_folder = require "limax.run.folder"
