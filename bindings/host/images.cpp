@@ -1,12 +1,10 @@
-// images.cpp: host.image (png, gif) and host.deflate. Pixels are texts of four bytes each: red,
+// images.cpp: host.image.gif and host.deflate. Pixels are texts of four bytes each: red,
 // green, blue, opacity; rows from the top.
 #include <gif_lib.h>
-#include <png.h>
 #include <zlib.h>
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <memory>
@@ -22,9 +20,6 @@ namespace limax::host {
 namespace {
 
 constexpr int largest_side = 20000;  // px
-constexpr double inches_per_metre = 39.37007874015748;
-constexpr double most_dpi = 1e6;  // finer than any printer; a PNG counts dots per metre in 31 bits
-constexpr std::size_t png_header_end = 33;  // signature 8, IHDR 25 bytes
 constexpr int palette_size = 256;
 constexpr int clear_index = 255;  // of the palette: a transparent pixel
 constexpr int bucket_count = 32 * 32 * 32;
@@ -42,46 +37,6 @@ int side_argument(lua_State* L, int index) {
     const int side = luaL_checkint(L, index);
     luaL_argcheck(L, side >= 1 && side <= largest_side, index, "a side has 1 to 20000 pixels");
     return side;
-}
-
-void put_32(std::string& text, std::uint32_t value) {
-    for (int shift = 24; shift >= 0; shift -= 8) text += static_cast<char>(value >> shift & 0xff);
-}
-
-// The chunk with the size of a pixel on paper (PNG specification, 11.3.5.3).
-std::string physical_size(double dpi) {
-    std::string chunk = "pHYs";
-    const auto per_metre = static_cast<std::uint32_t>(std::lround(dpi * inches_per_metre));
-    put_32(chunk, per_metre);
-    put_32(chunk, per_metre);
-    chunk += '\1';  // the unit is the metre
-    const uLong sum = crc32(0, reinterpret_cast<const Bytef*>(chunk.data()), uInt(chunk.size()));
-    std::string whole;
-    put_32(whole, std::uint32_t(chunk.size() - 4));
-    whole += chunk;
-    put_32(whole, std::uint32_t(sum));
-    return whole;
-}
-
-// png(width, height, pixels [, dpi]) -> bytes
-int lua_png(lua_State* L) {
-    png_image image{};
-    image.version = PNG_IMAGE_VERSION;
-    image.width = png_uint_32(side_argument(L, 1));
-    image.height = png_uint_32(side_argument(L, 2));
-    image.format = PNG_FORMAT_RGBA;
-    const std::string_view pixels = pixels_argument(L, 3, int(image.width), int(image.height));
-    const double dpi = luaL_optnumber(L, 4, 0);
-    luaL_argcheck(L, dpi >= 0 && dpi <= most_dpi, 4, "0 to 1000000 dots per inch; 0 for none");
-    png_alloc_size_t size = 0;
-    if (png_image_write_to_memory(&image, nullptr, &size, 0, pixels.data(), 0, nullptr) == 0)
-        throw std::runtime_error(std::string("PNG: ") + image.message);
-    std::string bytes(size, '\0');
-    if (png_image_write_to_memory(&image, bytes.data(), &size, 0, pixels.data(), 0, nullptr) == 0)
-        throw std::runtime_error(std::string("PNG: ") + image.message);
-    bytes.resize(size);
-    if (dpi > 0) bytes.insert(png_header_end, physical_size(dpi));
-    return push(L, bytes);
 }
 
 // ---- GIF ----
@@ -229,7 +184,6 @@ int lua_deflate(lua_State* L) {
 
 void open_images(lua_State* L) {
     lua_newtable(L);
-    add_function<lua_png>(L, "png");
     add_function<lua_gif>(L, "gif");
     lua_setfield(L, -2, "image");
     add_function<lua_deflate>(L, "deflate");

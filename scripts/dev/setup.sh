@@ -27,9 +27,9 @@ need_packages() {
     DEBIAN_FRONTEND=noninteractive "${as_root[@]}" apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
 }
 
-build_packages=(g++ cmake ninja-build pkg-config libluajit-5.1-dev libcurl4-openssl-dev nlohmann-json3-dev
-    libssl-dev libxxhash-dev libedit-dev zlib1g-dev libpng-dev libgif-dev libpugixml-dev libzip-dev
-    libeigen3-dev libspectra-dev libcairo2-dev fonts-dejavu-core libjs-three)
+# libzip-dev brings zlib1g-dev, libspectra-dev libeigen3-dev
+build_packages=(g++ cmake ninja-build libluajit-5.1-dev libcurl4-openssl-dev nlohmann-json3-dev libssl-dev
+    libxxhash-dev libedit-dev libgif-dev libpugixml-dev libzip-dev libspectra-dev libcairo2 fonts-dejavu-core libjs-three)
 test_packages=(doctest-dev libopenmpi-dev openmpi-bin)
 
 # configure [CMake options]: into $build; Release by default.

@@ -4,7 +4,7 @@
 source "$(dirname "${BASH_SOURCE[0]}")/setup.sh"
 
 need_packages "${build_packages[@]}" "${test_packages[@]}" valgrind python3 openssl python3-numpy \
-    python3-pandas python3-meshio admesh unzip
+    python3-pandas python3-meshio unzip
 # shellcheck disable=SC2086  # options are words
 configure ${LIMAX_CMAKE:-} -DBUILD_TESTING=ON
 build all limax_tests

@@ -1,4 +1,4 @@
---- cairo.lua: a canvas of Cairo: pixels for PNG and animations, or a PDF page. See canvas.lua for
+--- cairo.lua: a canvas of Cairo: a PNG, pixels for animations, or a PDF page. See canvas.lua for
 --- the calls. Opened when something is drawn, not when limax starts.
 
 local bit = require "bit"
@@ -16,6 +16,7 @@ void *cairo_pdf_surface_create(const char *path, double width, double height);
 void cairo_pdf_surface_set_metadata(void *surface, int kind, const char *text);
 int cairo_surface_status(void *surface);
 void cairo_surface_flush(void *surface);
+int cairo_surface_write_to_png(void *surface, const char *path);
 void cairo_surface_finish(void *surface);
 void cairo_surface_destroy(void *surface);
 void *cairo_create(void *surface);
@@ -62,6 +63,9 @@ local PDF_TITLE, PDF_CREATED = 0, 5
 -- a PDF has no clock in it: the same drawing is the same file
 local CREATED = "1970-01-01T00:00:00Z"
 local POINTS_PER_PX = 72 / 96
+-- of a PNG: bytes of signature and header, and the reversed polynomial of its CRC
+local PNG_HEADER, POLYNOMIAL = 33, 0xEDB88320
+local INCHES_PER_METRE = 1 / 0.0254
 
 local library
 local function open()
@@ -102,10 +106,13 @@ end
 function Sink:open()
   local C = open()
   self.C = C
-  if self.kind == "pdf" then
+  if self.kind ~= "pixels" then
     local folder, message = host.file.temporary()
     if not folder then failure.raise(1, message) end
-    self.scale, self.folder, self.file = POINTS_PER_PX, folder, folder .. "/picture.pdf"
+    self.folder, self.file = folder, folder .. "/picture." .. self.kind
+  end
+  if self.kind == "pdf" then
+    self.scale = POINTS_PER_PX
     self.surface = C.cairo_pdf_surface_create(self.file, self.width * self.scale,
       self.height * self.scale)
     C.cairo_pdf_surface_set_metadata(self.surface, PDF_TITLE, self.title)
@@ -222,21 +229,50 @@ local function pixels_of(C, surface, width, height)
   return ffi.string(out, width * height * 4)
 end
 
+local function big_endian(value)
+  return string.char(bit.rshift(value, 24), bit.band(bit.rshift(value, 16), 255),
+    bit.band(bit.rshift(value, 8), 255), bit.band(value, 255))
+end
+
+-- The CRC of a PNG chunk.
+local function crc32(text)
+  local value = -1
+  for i = 1, #text do
+    value = bit.bxor(value, text:byte(i))
+    for _ = 1, 8 do
+      local low = bit.band(value, 1)
+      value = bit.bxor(bit.rshift(value, 1), low == 1 and POLYNOMIAL or 0)
+    end
+  end
+  return bit.bnot(value)
+end
+
+-- Adds the chunk with the size of a pixel on paper (PNG specification, 11.3.5.3).
+local function with_resolution(png, dpi)
+  local per_metre = big_endian(math.floor(dpi * INCHES_PER_METRE + 0.5))
+  local chunk = "pHYs" .. per_metre .. per_metre .. "\1"
+  return png:sub(1, PNG_HEADER) .. big_endian(#chunk - 4) .. chunk .. big_endian(crc32(chunk))
+    .. png:sub(PNG_HEADER + 1)
+end
+
 --- The bytes of the file, or those of the pixels.
 function Sink:finish()
   local C = self.C
   check(C, C.cairo_status(self.context), "a picture")
+  if self.kind == "pixels" then
+    return pixels_of(C, self.surface, self.width * self.scale, self.height * self.scale)
+  end
   if self.kind == "pdf" then
     C.cairo_destroy(ffi.gc(self.context, nil))
     C.cairo_surface_finish(self.surface)
     check(C, C.cairo_surface_status(self.surface), self.file)
-    local bytes, message = source.read(self.file)
-    host.file.remove_temporary(self.folder)
-    return assert(bytes, message)
+  else
+    check(C, C.cairo_surface_write_to_png(self.surface, self.file), self.file)
   end
-  local width, height = self.width * self.scale, self.height * self.scale
-  local bytes = pixels_of(C, self.surface, width, height)
-  return self.kind == "png" and host.image.png(width, height, bytes, self.dpi) or bytes
+  local bytes, message = source.read(self.file)
+  host.file.remove_temporary(self.folder)
+  assert(bytes, message)
+  return self.dpi and with_resolution(bytes, self.dpi) or bytes
 end
 
 local scratch

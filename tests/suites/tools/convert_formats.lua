@@ -68,15 +68,6 @@ suite:test("surfaces are closed where parts touch along edges and at corners", f
   end
 end)
 
-suite:test("STL is watertight to admesh", function(t)
-  local folder = stage(t)
-  convert(t, folder, "robot.json", "robot.stl", "--edge", "8")
-  local text = conversion.tool(t, folder, "admesh", "robot.stl")
-  t:ok(text:find "Total disconnected facets%s*:%s*0%s+0\n", text)
-  t:ok(text:find "Facets reversed%s*:%s*0" and text:find "Normals fixed%s*:%s*0", text)
-  t:near(tonumber(text:match "Volume%s*:%s*([%d.]+)"), 12 * 8 ^ 3, { rtol = surface.GAP })
-end)
-
 suite:test("3MF keeps materials and names", function(t)
   local folder = stage(t)
   local robot = host.json.decode(source.read(folder .. "/robot.json"))
