@@ -230,8 +230,8 @@ void set_option(CURL* easy, CURLoption option, value to) {
         throw std::runtime_error(std::string("libcurl: ") + curl_easy_strerror(code));
 }
 
-// What failed, as one word by which scripts decide about a retry. `begun`: was the connection
-// established?
+// The kind of failure, as one word by which scripts decide about a retry. `begun`: was the
+// connection established?
 const char* kind_of(CURLcode code, const http_answer& answer, bool begun) {
     if (answer.over_size || code == CURLE_FILESIZE_EXCEEDED) return "size";
     if (answer.header_bytes > largest_headers) return "headers";

@@ -9,7 +9,7 @@
 namespace limax::host {
 namespace {
 
-// Of a deep recursion only the first frames and the last levels are shown.
+// A traceback of a deep recursion shows only the first frames and the last levels.
 constexpr int frames_first = 12;
 constexpr int levels_last = 16;
 

@@ -133,7 +133,7 @@ int sandbox(lua_State* L) {
 
 // ---- the side of the parser ----
 
-// What a parser may use beyond the executable itself. A good one takes about a thousandth.
+// Limits of a parser, beyond the executable itself. A good one takes about a thousandth.
 constexpr rlim_t most_bytes = rlim_t{64} << 20;
 constexpr rlim_t most_cpu_seconds = 6;
 constexpr std::size_t longest_error = 300;  // bytes of a parser's own message

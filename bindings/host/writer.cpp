@@ -77,7 +77,7 @@ public:
     writer(const writer&) = delete;
     writer& operator=(const writer&) = delete;
 
-    // Returns the job's number.
+    // Returns the number of the new job.
     std::uint64_t add(job next) {
         {
             const std::lock_guard lock(mutex_);

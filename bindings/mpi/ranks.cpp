@@ -27,7 +27,7 @@ using namespace std::chrono_literals;
 // How often a rank shows that it is alive, and after how long without a sign it is lost.
 constexpr std::chrono::milliseconds sign_interval = 500ms, longest_silence = 7s,
                                     watch_interval = 50ms;
-constexpr int tag_alive = 1, tag_farewell = 2;
+constexpr int tag_alive = 1, tag_finished = 2;
 // MPI counts with int: what is gathered is counted in units of so many bytes.
 constexpr std::int64_t unit = 64;
 
@@ -73,7 +73,7 @@ void watch() {
             MPI_Iprobe(MPI_ANY_SOURCE, MPI_ANY_TAG, signs, &arrived, &from);
             if (arrived == 0) break;
             MPI_Recv(nullptr, 0, MPI_BYTE, from.MPI_SOURCE, from.MPI_TAG, signs, &from);
-            if (from.MPI_TAG == tag_farewell) rank_0_reports = true;
+            if (from.MPI_TAG == tag_finished) rank_0_reports = true;
             for (peer& each : peers)
                 if (each.rank == from.MPI_SOURCE) each.seen = now;
         }
@@ -162,8 +162,8 @@ LIMAX_PUBLIC int limax_ranks_done(void) {
 // Whether this rank reports that a run ended early: rank 0, or rank 1 if rank 0 is lost.
 LIMAX_PUBLIC int limax_ranks_reports(void) {
     if (rank == 0) {
-        static MPI_Request farewell;
-        if (ranks > 1) MPI_Isend(nullptr, 0, MPI_BYTE, 1, tag_farewell, signs, &farewell);
+        static MPI_Request request;
+        if (ranks > 1) MPI_Isend(nullptr, 0, MPI_BYTE, 1, tag_finished, signs, &request);
         return 1;
     }
     // mpirun kills within a second of asking to end, and at once where another rank has ended

@@ -54,7 +54,6 @@ void check_beyond_cpu(const limax_simulation_options& options);
 // Fills the outcome of robot `index` before it is prepared: skipped, invalid or running.
 void start_outcome(const simulation_setup& setup, int32_t index, limax_outcome& outcome);
 
-// Copies the summaries of traces to an outcome.
 void keep_summary(const trace_summary& summary, limax_outcome& outcome);
 
 class simulation {
@@ -70,7 +69,7 @@ public:
     // Before the first step, [mass][3]; either may be null.
     virtual void place(int32_t robot, const double* positions, const double* velocities) = 0;
     virtual void state(int32_t robot, double* positions, double* velocities) = 0;  // [mass][3]
-    // Of a robot's rigid block, [LIMAX_BLOCK_STATE]; refuses a scene without one.
+    // Writes the state of a robot's rigid block, [LIMAX_BLOCK_STATE]; refuses a scene without one.
     virtual void block(int32_t robot, double* out);
     // The same for several simulations at once: enqueue() may send about `seconds` of work to a
     // device and return at once, unless it did so before; collect() waits for it and returns the

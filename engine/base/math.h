@@ -70,7 +70,8 @@ LIMAX_LAW void sine_cosine(uint64_t phase, R& sine, R& cosine) {
     turn_by_quarters(uint32_t(quarters), sine, cosine);
 }
 
-// Of an angle in turns, of any finite size; the reduction is exact. Infinity gives NaN.
+// Sine and cosine of an angle in turns, of any finite size; the reduction is exact. Infinity gives
+// NaN.
 LIMAX_LAW void sine_cosine_turns(double turns, double& sine, double& cosine) {
     constexpr double whole = 0x1p52;  // from here on every double is a whole number of turns
     const double size = absolute(turns);

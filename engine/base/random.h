@@ -10,7 +10,7 @@
 
 namespace limax {
 
-// What a number is drawn for. Streams never share a number.
+// The purpose of a random number. Streams never share a number.
 enum class random_stream : uint32_t {
     encoding = 1,
     initial = 2,

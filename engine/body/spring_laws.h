@@ -29,7 +29,7 @@ struct voxel_body {
     bool summed;                    // a spring's stiffness is the sum over its owners, not the mean
 };
 
-// What one voxel contributes to each of its springs.
+// The share of one voxel in each of its springs.
 struct voxel_share {
     double stiffness;      // N/m
     double damping_ratio;  // 1

@@ -40,8 +40,8 @@ public:
     // Sets `bodies` [count], with an unknown status.
     virtual void express(bool largest_part, int32_t first, int32_t count, limax_body* bodies) = 0;
 
-    // Of the `count` robots listed. [voxel]: the sum over materials of the squared number of robots
-    // that have it there.
+    // [voxel]: the sum over materials of the squared number of robots, of the `count` listed, that
+    // have it there.
     virtual void count_same(const int32_t* robots, int32_t count, int64_t* same) const = 0;
     // [gene]: the sum over the robots, in their order, of the squared deviation from their mean.
     virtual void sum_squares(const int32_t* robots, int32_t count, double* squares) const = 0;

@@ -37,9 +37,9 @@ limax_diversity population::diversity(const int32_t* robots, int32_t count) cons
     return out;
 }
 
-// Of the N^2 ordered pairs of robots, N^2 - sum over m of n_m^2 differ in a voxel that n_m robots
-// fill with material m; N (N - 1) pairs are of distinct robots. Counted exactly, tile by tile, so
-// that the counts stay in a cache.
+// N robots make N^2 ordered pairs. In a voxel that n_m robots fill with material m,
+// N^2 - sum over m of n_m^2 pairs differ; N (N - 1) pairs are of distinct robots. Counted exactly,
+// tile by tile, so that the counts stay in a cache.
 double population::hamming(const int32_t* robots, int32_t count) const {
     if (count < 2) return 0;
     static_assert((LIMAX_MAX_MATERIALS & (LIMAX_MAX_MATERIALS - 1)) == 0);

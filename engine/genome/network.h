@@ -16,7 +16,7 @@ namespace limax {
 inline constexpr int32_t most_hidden_layers = 8;
 inline constexpr int32_t weight_kinds = 3;  // stiffness, amplitude, phase
 
-// What the genes are, in the order of limax_network.
+// The meaning of the genes, in the order of limax_network.
 enum class network_law : int32_t { fourier, cppn, direct, none };
 
 struct network_shape {
@@ -77,7 +77,7 @@ LIMAX_LAW constexpr int64_t express_scratch(const network_shape& shape) {
     return int64_t(2) * shape.widest() * voxel_tile;
 }
 
-// What the first layer reads, [input][voxel].
+// The inputs of the first layer, [input][voxel].
 LIMAX_LAW const float* network_inputs(const network_shape& shape, const float* features,
                                       const float* genome) {
     return shape.law == network_law::direct ? genome : features;

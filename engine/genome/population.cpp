@@ -23,12 +23,12 @@ static_assert(uint32_t(random_stream::variation) == LIMAX_STREAM_VARIATION);
 // less costs more.
 constexpr int64_t voxels_per_lot = 512;
 
-// What simulating a robot takes per site: 13 directions of 4 spring parameters in fp32, and 14
-// columns of state in double (19 in compensated fp32 are fewer bytes).
+// Memory that a simulated robot takes per site: 13 directions of 4 spring parameters in fp32, and
+// 14 columns of state in double (19 in compensated fp32 are fewer bytes).
 constexpr double simulation_bytes_per_site = 13 * 4 * sizeof(float) + 14 * sizeof(double);
 
-// Of a population and of its simulation, which copies the bodies and takes by far the most memory:
-// what would not fit is refused before the first robot is made.
+// Memory of a population and of its simulation, which copies the bodies and takes by far the most.
+// A population that would not fit is refused before the first robot is made.
 double bytes_per_voxel(int32_t count, const encoding* code, const int32_t size[3]) {
     const double voxels = double(size[0]) * size[1] * size[2];
     const double sites = (size[0] + 1.0) * (size[1] + 1.0) * (size[2] + 1.0);

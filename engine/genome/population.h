@@ -16,7 +16,7 @@
 
 namespace limax {
 
-// What makes a body valid.
+// The rules of a valid body.
 struct body_rules {
     bool require_muscle = false;
     bool largest_part = false;  // only its largest face-connected part is kept
@@ -56,7 +56,7 @@ public:
     // The bodies on the device; null if only the host has the current ones.
     std::shared_ptr<const device_bodies> bodies_on_device() const;
 
-    // What follows runs where the arrays are stored; `each` and `pass` are for the host.
+    // The functions below run where the arrays are stored; `each` and `pass` are for the host.
 
     // As limax_population_text.
     void write_text(int32_t first, int32_t count, const char* letters, char* out) const;
@@ -81,7 +81,7 @@ public:
     void breed(const population& parents, const int32_t* pairs, const limax_breeding& breeding,
                const parallel_for& each, int32_t first, int32_t count);
 
-    // Of the `count` robots listed, whose bodies must be known. Linear in `count`.
+    // The diversity of the `count` robots listed, whose bodies must be known. Linear in `count`.
     limax_diversity diversity(const int32_t* robots, int32_t count) const;
 
 private:

@@ -10,7 +10,7 @@
 
 namespace limax {
 
-// What changes a body's energy; positive puts it in.
+// The kinds of work that change a body's energy; positive work adds energy.
 enum work_kind {
     work_muscles = 0,          // rest lengths that change
     work_damping = 1,          // dashpots along springs
@@ -45,7 +45,7 @@ struct moving_masses {
     const double* origin;      // m
 };
 
-// What one mass of a body looks like to the effects, in the world.
+// One mass of a body as the effects see it, in the world.
 template <class S>
 effects::node_state<double> node_of(const spring_body& body, const moving_masses<S>& masses,
                                     int32_t site) {
@@ -58,7 +58,7 @@ effects::node_state<double> node_of(const spring_body& body, const moving_masses
         1.0 / mass};
 }
 
-// Stored in contacts, J.
+// The energy stored in contacts, J.
 template <class S>
 double contact_energy(const spring_body& body, const scene& scene, const moving_masses<S>& masses) {
     const double world[3] = {0, 0, 0};

@@ -44,7 +44,7 @@ struct linear_body {
     int size() const { return int(stiffness.rows()); }
 };
 
-// What touches a mass.
+// The contacts of a mass.
 struct touching {
     Eigen::Matrix3d stiffness = Eigen::Matrix3d::Zero(), damping = Eigen::Matrix3d::Zero();
     std::vector<Eigen::Vector3d> normals;

@@ -75,7 +75,7 @@ LIMAX_LAW effects::vector<double> angular_velocity(const rotation& r,
     return to_world(r, {own.x / inertia.x, own.y / inertia.y, own.z / inertia.z});
 }
 
-// What makes an angular velocity of an angular momentum, both in the world: R I^-1 R^T, 1/(kg m^2),
+// The matrix from angular momentum to angular velocity, both in the world: R I^-1 R^T, 1/(kg m^2),
 // by rows.
 LIMAX_LAW rotation inverse_inertia(const rotation& r, const effects::vector<double>& inertia) {
     const effects::vector<double> inverse{1.0 / inertia.x, 1.0 / inertia.y, 1.0 / inertia.z};

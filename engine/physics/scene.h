@@ -66,10 +66,10 @@ public:
 
     // Sorted by their names, so that the order of adding does not affect results.
     const std::vector<scripted_effect>& scripts() const { return scripts_; }
-    // What all of them add to the bound of a mass.
+    // The sum of their bounds for a mass.
     effects::stiffness_damping script_bound() const;
 
-    // Of the terrain; flat if nothing was set. The scene owns it.
+    // The heights of the terrain; flat if none were set. The scene owns them.
     effects::height_table heights() const { return {heights_.data(), heights_nx_, heights_ny_}; }
 
 private:

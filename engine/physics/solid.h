@@ -3,10 +3,10 @@
 // In double for every precision. Laws; includes laws only. SI units; places from the robot's own
 // origin.
 //
-// What a mass gets from the block, rounded as the mass holds it, the block gets with the other
-// sign, at the mass's place, so that momentum and angular momentum are conserved up to the rounding
-// of the sums. Corners come in the order of their bits (x lowest), contacts in the order of
-// effects::all, masses in that of their sites.
+// The block gets the opposite of each impulse on a mass, rounded as the mass stores it, at the
+// place of the mass, so that momentum and angular momentum are conserved up to the rounding of the
+// sums. Corners come in the order of their bits (x lowest), contacts in the order of effects::all,
+// masses in that of their sites.
 #pragma once
 
 #include "physics/effects/all.h"
@@ -29,7 +29,7 @@ struct state {
     motion now, next, read;  // before and after the kick, and as forces read it
 };
 
-// What follows from a state at t_n.
+// Quantities derived from a state at t_n.
 struct moment {
     rotation frame;
     rotation turns;  // angular momentum to angular velocity
@@ -43,7 +43,7 @@ struct view {
     vector turning;  // rad/s
 };
 
-// What acts on the block at t_n.
+// The forces on the block at t_n.
 struct load {
     vector force, torque;  // N, N m
 };
@@ -99,7 +99,7 @@ LIMAX_LAW view view_of(const state& block, const moment& at) {
 
 // ---- forces at t_n ----
 
-// Of a place of the block, as forces read it, m/s.
+// The velocity of a point of the block, as forces read it, m/s.
 LIMAX_LAW vector read_velocity_at(const view& block, const vector& arm) {
     return plus(cross(block.turning, arm), 1.0, block.velocity);
 }
@@ -134,7 +134,7 @@ template <class S>
 LIMAX_LAW effects::vector<S> push_on_mass(const touch& at) {
     return {S(at.push * at.normal.x), S(at.push * at.normal.y), S(at.push * at.normal.z)};
 }
-// What the block gets of it.
+// Adds the reaction on the block.
 template <class S>
 LIMAX_LAW void meet_back(load& on, const touch& at) {
     const effects::vector<S> force = push_on_mass<S>(at);
@@ -175,7 +175,7 @@ LIMAX_LAW void kick(state& block, const load& on, double mass, double h) {
     block.next.spin = plus(block.now.spin, h, on.torque);
 }
 
-// Of a place of the block, m/s.
+// The velocity of a point of the block, m/s.
 LIMAX_LAW vector velocity_at(const moment& at, const motion& of, const vector& arm) {
     return plus(cross(to_world(at.turns, of.spin), arm), 1.0, of.velocity);
 }
@@ -220,8 +220,8 @@ LIMAX_LAW double friction_limit(const friction_params& friction, const block_par
     return larger(friction.static_coefficient * available, kinetic);
 }
 
-// What to add to the friction's impulse on what touches the block and moves at `relative` to it, N
-// s: Coulomb's law for the impulse of the whole step.
+// The change of the friction impulse on a mass or corner in contact that moves at `relative`, N s:
+// Coulomb's law for the impulse of the whole step.
 LIMAX_LAW vector friction_impulse(const block_params& law, const moment& moment, touch& at,
                                   const vector& relative, double inverse_mass) {
     const vector slip = slip_of(at, relative);
@@ -299,8 +299,8 @@ LIMAX_LAW void drift(state& block, const vector& inertia, double dt, bool predic
 
 // ---- what is recorded ----
 
-// Of its centre, m/s, and angular velocity, rad/s. `between`: half way between the velocities
-// before and after the kick, as leapfrog has them.
+// The velocity of its centre, m/s, and its angular velocity, rad/s. `between`: half way between the
+// velocities before and after the kick, as leapfrog has them.
 LIMAX_LAW vector velocity(const state& block, bool between) {
     return middle(block.now.velocity, block.next.velocity, between);
 }

@@ -14,7 +14,7 @@ struct trace_samples {
     double interval;
 };
 
-// Of the path of the centre of mass, [sample][3].
+// Measures of the path of the centre of mass, [sample][3].
 struct path_summary {
     double length;  // horizontal, m
     double height;  // most above the first sample, m

@@ -125,7 +125,7 @@ public:
 
     // ---- its part of the energy balance, at t_n ----
 
-    // Of its motion, as velocity() has it, J.
+    // The energy of its motion, as velocity() has it, J.
     double kinetic_energy(bool between) const {
         const vector v = velocity(between), w = turning(between),
                      spin = solid::middle(block_.now.spin, block_.next.spin, between);
@@ -136,14 +136,15 @@ public:
         return -law_.mass *
                inner(gravity_, plus(block_.place, 1.0, {origin[0], origin[1], origin[2]}));
     }
-    // Stored in what touches it, J.
+    // The energy stored in its contacts, J.
     double contact_energy() const {
         double sum = 0;
         for (const solid::touch& touch : masses_) sum += touch.stored;
         for (const solid::touch& touch : corners_) sum += touch.stored;
         return sum;
     }
-    // What contacts do beyond that, to masses that move at `velocity` and to the block, W.
+    // The power of the other forces of contacts on the block and on masses that move at `velocity`,
+    // W.
     double contact_power(const S* const velocity[3], bool between) const {
         const vector v = this->velocity(between), w = turning(between);
         double sum = 0;
@@ -157,7 +158,7 @@ public:
             sum += touch.beyond * inner(touch.normal, plus(cross(w, touch.arm), 1.0, v));
         return sum;
     }
-    // What friction's impulses of this step do to the block, as a force over the kick at the mean
+    // The power of this step's friction impulses on the block, as a force over the kick at the mean
     // of the velocities before and after it, W.
     double friction_power() const {
         return (inner(rubbed_.velocity, velocity(true)) + inner(rubbed_.spin, turning(true))) /

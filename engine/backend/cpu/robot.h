@@ -24,8 +24,8 @@ public:
     virtual void place(const double* positions, const double* velocities) = 0;
     // Positions and velocities at the current time in the world, [mass][3]; either may be null.
     virtual void state(scratch& memory, double* positions, double* velocities) = 0;
-    // Of the scene's rigid block at the current time, [LIMAX_BLOCK_STATE] as in limax.h; false
-    // where there is none.
+    // Writes the state of the scene's rigid block at the current time, [LIMAX_BLOCK_STATE] as in
+    // limax.h; returns false if there is none.
     virtual bool block(double* out) const = 0;
     virtual const int32_t* sites() const = 0;
     virtual int64_t samples(int32_t kind) const = 0;  // taken so far

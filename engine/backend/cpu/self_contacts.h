@@ -73,7 +73,7 @@ public:
     }
 
 private:
-    // Of an edge: a larger margin makes longer lists, a smaller one more of them.
+    // As a share of an edge: a larger margin makes longer lists, a smaller one more of them.
     static constexpr double margin_share = 0.3;
     // m: masses farther out than any lattice reaches diverge, and have no cell
     static constexpr double farthest = 1e6;

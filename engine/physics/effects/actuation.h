@@ -44,7 +44,8 @@ struct actuation {
         return {values[0], values[1] / values[0], (whole << 32) + rest + (up ? 1 : 0)};
     }
 
-    // What every spring of a robot shares at one step: g sin(2 pi f t) and g cos(2 pi f t).
+    // The factors that all springs of a robot share at one step: g sin(2 pi f t) and g cos(2 pi f
+    // t).
     template <class R>
     struct moment {
         R sine, cosine;

@@ -32,7 +32,7 @@ struct anchors {
          {1e6, 1e6, 0.0}}};
     static constexpr int field_count = 2;
 
-    // What is wrong with the values, or null.
+    // Why the values are refused, or null.
     static const char* problem(const double* values) {
         for (int axis = 0; axis < 3; ++axis)
             if (values[axis] > values[3 + axis])

@@ -34,7 +34,7 @@ struct boxes {
         {"to", "m", "highest corner", 3, -1e6, 1e6, {1.2, 0.5, 0.1}}};
     static constexpr int field_count = 4;
 
-    // What is wrong with the values, or null.
+    // Why the values are refused, or null.
     static const char* problem(const double* values) {
         for (int axis = 0; axis < 3; ++axis)
             if (!(values[2 + axis] < values[5 + axis]))

@@ -36,7 +36,7 @@ struct drag {
          {0.0, 0.0, 0.0}}};
     static constexpr int field_count = 3;
 
-    // Of the momentum along a face's normal, what one step may take.
+    // The largest share of the momentum along a face's normal that one step may take.
     static constexpr double most_taken = 0.5;
 
     template <class R>

@@ -28,7 +28,7 @@ struct planes {
          {0.0, 0, 0}}};
     static constexpr int field_count = 4;
 
-    // What is wrong with the values, or null.
+    // Why the values are refused, or null.
     static const char* problem(const double* values) {
         const double* n = values + 2;
         return n[0] == 0 && n[1] == 0 && n[2] == 0 ? "normal is 0: it has no direction" : nullptr;

@@ -25,7 +25,7 @@ struct function {
     operation what;
     int operands;
 };
-// Of numbers.
+// Functions of numbers.
 constexpr function functions[] = {
     {"sqrt", operation::root, 1},    {"sin", operation::sine, 1},
     {"cos", operation::cosine, 1},   {"exp", operation::exponential, 1},

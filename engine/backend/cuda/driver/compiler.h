@@ -13,8 +13,8 @@ struct header {
     const char* text;
 };
 
-// What every kernel is compiled with, here and ahead of time: CMake gives nvcc the same list. Each
-// rounding is the one that the text writes.
+// The options of every kernel, at run time and ahead of time: CMake gives nvcc the same list. They
+// keep every rounding as the text writes it.
 const std::vector<std::string>& kernel_options();
 
 class compiler {

@@ -57,7 +57,7 @@ namespace limax::cuda {
 // The driver and the GPUs that are served: CUDA 12 or newer, compute capability 7.5 or newer.
 inline constexpr int oldest_driver = 12000, oldest_capability = 75;
 
-// What a GPU is; nothing that changes while it works.
+// The properties of a GPU that do not change while it works.
 struct gpu {
     int ordinal;             // as the driver counts, after CUDA_VISIBLE_DEVICES
     std::string name, uuid;  // "NVIDIA H200", "GPU-..."

@@ -16,7 +16,7 @@ struct kernel_set {
     std::string entry;                           // "step" for kernels/step.h
     std::map<std::string, std::string> defines;  // value of each name
 
-    // What is compiled: a line "#define NAME VALUE" for each, then the include of the entry.
+    // The source to compile: a line "#define NAME VALUE" for each, then the include of the entry.
     std::string text() const;
     // "step LIMAX_EFFECTS=63 LIMAX_NX=5 ...", equal for equal sets only.
     std::string title() const;
@@ -47,9 +47,9 @@ struct kernel_binary {
     std::string log;  // the compiler's warnings
 };
 
-// What CMake embeds in limax (kernels.cmake generates the definitions): the laws and kernels, as
-// texts that a kernel may include; the titles of the sets of ahead_of_time.txt, whether this build
-// compiled them for a GPU or not; the compiled ones, each for one architecture.
+// Texts and binaries that CMake embeds in limax (kernels.cmake generates the definitions): the laws
+// and kernels, as texts that a kernel may include; the titles of the sets of ahead_of_time.txt,
+// whether this build compiled them for a GPU or not; the compiled ones, each for one architecture.
 struct embedded_binary {
     const char* set;           // its title
     const char* architecture;  // as in kernel_binary
@@ -78,7 +78,7 @@ std::shared_ptr<const kernel_binary> binary_of(const kernel_set& set, int capabi
 // padding at its end; 0 for PTX, and if the binary lacks the function.
 std::size_t instruction_count(std::string_view binary, std::string_view function);
 
-// What the compiler made of a function.
+// The resources that a compiled function uses.
 struct function_facts {
     int registers;             // of a thread
     int spilled;               // bytes of local memory of a thread

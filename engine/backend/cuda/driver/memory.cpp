@@ -82,9 +82,9 @@ std::size_t context::free_memory() const {
 }
 
 context::scope::scope(const context& context) : driver_(context.driver_), handle_(context.handle_) {
-    driver_.check(driver_.ctx_get_current(&before_), "cuCtxGetCurrent", "turning to a GPU");
+    driver_.check(driver_.ctx_get_current(&before_), "cuCtxGetCurrent", "selecting a GPU");
     if (before_ != handle_)
-        driver_.check(driver_.ctx_set_current(handle_), "cuCtxSetCurrent", "turning to a GPU");
+        driver_.check(driver_.ctx_set_current(handle_), "cuCtxSetCurrent", "selecting a GPU");
 }
 
 context::scope::~scope() {

@@ -34,7 +34,7 @@ public:
         const std::lock_guard lock(mutex_);
         return on_gpu_.bytes_held;
     }
-    // What the driver would give now, other processes considered; bytes.
+    // Memory that the driver can allocate now, given what other processes use; bytes.
     std::size_t free_memory() const;
 
     // Makes the context current on this thread, and what was current before at the end of its
@@ -154,7 +154,7 @@ public:
     owned() = default;
     explicit owned(const context& context) : context_(&context) {}
     owned(owned&& other) noexcept { *this = std::move(other); }
-    // What was here moves into `other`, and ends with it.
+    // Swaps the two, so that the destructor of `other` frees the old value.
     owned& operator=(owned&& other) noexcept {
         std::swap(context_, other.context_);
         std::swap(handle_, other.handle_);

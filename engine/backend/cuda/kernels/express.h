@@ -7,7 +7,7 @@
 
 namespace limax::cuda {
 
-// What a layer does to the sums of its units.
+// The function that a layer applies to the sums of its units.
 enum class activation { none, hidden, cppn };
 
 // Sums of `at_once` units for one voxel, kept in registers; input i is input[i * stride]. `unit` is

@@ -40,7 +40,7 @@ private:
     thread_team threads_;
     block_plans plans_;
     std::mutex mutex_;
-    // What they point to keeps the key alive.
+    // The encoding that an entry points to keeps its key alive.
     std::map<const encoding*, std::weak_ptr<const device_encoding>> encodings_;
     std::map<std::pair<int64_t, int>, double> step_times_;  // [sites, magnitude of the robots]
 };
