@@ -46,7 +46,7 @@ typedef enum limax_status {
 } limax_status;
 
 enum {
-    LIMAX_ABI = 10, /* raised whenever a declaration of this file changes */
+    LIMAX_ABI = 11, /* raised whenever a declaration of this file changes */
     LIMAX_MAX_MATERIALS = 16,
     LIMAX_MAX_HIDDEN = 8
 };
@@ -361,22 +361,19 @@ typedef struct limax_simulation limax_simulation;
 typedef enum limax_integrator {
     LIMAX_SYMPLECTIC_EULER = 0,
     LIMAX_LEAPFROG = 1,
-    LIMAX_RK4 = 2, /* classical Runge-Kutta; on the CPU, for smooth scenes */
-    LIMAX_XPBD = 3 /* springs and contacts one by one, each implicit; first order; on the CPU */
+    LIMAX_RK4 = 2 /* classical Runge-Kutta; on the CPU, for smooth scenes */
 } limax_integrator;
 
 typedef enum limax_precision {
     LIMAX_SINGLE = 0,
     LIMAX_COMPENSATED = 1, /* fp32, sums of position and velocity compensated */
-    LIMAX_MIXED = 2,       /* springs in fp32, masses in fp64 */
-    LIMAX_DOUBLE = 3
+    LIMAX_DOUBLE = 2
 } limax_precision;
 
 typedef enum limax_sharing { LIMAX_SHARING_MEAN = 0, LIMAX_SHARING_SUM = 1 } limax_sharing;
 
-/* What the bound of an automatic step adds up for a mass: the springs that it has one by one, or
- * voxel by voxel, whose springs cannot all stretch at the same time: steps are 1.2 times as long.
- */
+/* How the bound of an automatic step adds up the springs of a mass: one by one, or voxel by voxel.
+ * The springs of a voxel cannot all stretch at the same time, so steps are 1.2 times as long. */
 typedef enum limax_bound { LIMAX_BOUND_SPRINGS = 0, LIMAX_BOUND_VOXELS = 1 } limax_bound;
 
 typedef enum limax_trace_kind {
@@ -461,7 +458,7 @@ typedef struct limax_outcome {
     double muscle_work; /* integral of the muscles' positive power, J (energy) */
     double strain;      /* mean over samples of the mean strain (strain) */
     double strain_most; /* largest strain of any sample (strain) */
-    /* Of the scene's rigid block; NaN without one. */
+    /* The scene's rigid block; NaN without one. */
     double block_start[3];    /* centre at t = 0, m */
     double block_middle[3];   /* after half of the steps from t = 0 */
     double block_end[3];      /* at the end */

@@ -112,8 +112,8 @@ void keep_summary(const trace_summary& summary, limax_outcome& outcome) {
 }
 
 void check_options(const limax_simulation_options& options, const scene& scene) {
-    require_choice("integrator", options.integrator, 4);
-    require_choice("precision", options.precision, 4);
+    require_choice("integrator", options.integrator, 3);
+    require_choice("precision", options.precision, 3);
     require_choice("sharing", options.sharing, 2);
     require_choice("bound", options.bound, 2);
     const auto check = [](const char* name, double value, const char* label = nullptr) {
@@ -161,17 +161,12 @@ void check_options(const limax_simulation_options& options, const scene& scene) 
                         script.name.c_str()));
     }
     if (options.integrator == LIMAX_RK4) require_smooth(scene);
-    if (options.integrator == LIMAX_XPBD && scene.has(effects::index_of<effects::block>))
-        fail(LIMAX_INVALID_ARGUMENT,
-             "integrator: xpbd has no place for a rigid solid; the scene has block; use leapfrog");
 }
 
 void check_beyond_cpu(const limax_simulation_options& options) {
-    if (options.integrator == LIMAX_RK4 || options.integrator == LIMAX_XPBD)
+    if (options.integrator == LIMAX_RK4)
         fail(LIMAX_INVALID_ARGUMENT,
-             format("integrator: %s runs on the cpu only; use device 'cpu' or the integrator "
-                    "leapfrog",
-                    options.integrator == LIMAX_RK4 ? "rk4" : "xpbd"));
+             "integrator: rk4 runs on the cpu only; use device 'cpu' or the integrator leapfrog");
     if (options.record[LIMAX_TRACE_LEDGER])
         fail(LIMAX_INVALID_ARGUMENT,
              "record.ledger: the energy ledger exists on the cpu only; use device 'cpu'");

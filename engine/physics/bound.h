@@ -22,13 +22,6 @@
 //   the two the region is narrowest at an angle of 0.68 pi, where it ends at |z| = 2.6156. By the
 //   maximum principle the half disc up to there is inside it:
 //       dt < 2.615 / max(sqrt(A), B).
-//   XPBD: springs and contacts are implicit along themselves; a long step makes them soft before it
-//   makes anything unstable (what is left is the stiffness across a strained spring, its strain
-//   times k). A single spring keeps 1 / (1 + (dt^2 k + dt c) (1/m_i + 1/m_j)) of its force, so that
-//   of 26 equal ones on a mass with W + G = q each keeps 1 / (1 + q / 26), and walkers keep their
-//   order (scripts/ACCURACY.md) up to q = 8:
-//       dt < 2 q / (B + sqrt(B^2 + 4 q A)), A and B of the springs only.
-//   Whatever else acts on a mass is explicit there and bounds the step as in symplectic Euler.
 //
 // Bounded by voxels, A and B leave out the space diagonals. A spring adds at most k |x_i - x_j|^2
 // to x.K x, for which the sums above take 2 k (|x_i|^2 + |x_j|^2). But the corners of a voxel of
@@ -49,21 +42,14 @@
 namespace limax {
 
 // The integrators that have a bound, numbered as in limax_integrator.
-enum class scheme { symplectic_euler, leapfrog, rk4, xpbd };
+enum class scheme { symplectic_euler, leapfrog, rk4 };
 
 // Radius of the largest half disc about 0, Re z <= 0, in which RK4 is stable, rounded down.
 inline constexpr double rk4_radius = 2.615;
 
-// q, where the springs of a walker's stiffest masses keep 3/4 of their force in XPBD.
-inline constexpr double xpbd_softening = 8.0;
-
 // Largest stable step of one mass, s; infinite where nothing acts on it. A in 1/s^2, B in 1/s.
 LIMAX_LAW double stable_step(scheme method, double a, double b) {
     const double infinite = bits_as<double>(uint64_t(0x7ff) << 52);
-    if (method == scheme::xpbd) {
-        const double root = b + square_root(b * b + 4.0 * xpbd_softening * a);
-        return root > 0 ? 2.0 * xpbd_softening / root : infinite;
-    }
     if (method == scheme::rk4) {
         const double fastest = larger(a > 0 ? square_root(a) : 0.0, b);
         return fastest > 0 ? rk4_radius / fastest : infinite;
@@ -108,7 +94,7 @@ LIMAX_LAW double damping_time(float stiffness, float damping) {
                          : bits_as<double>(uint64_t(0x7ff) << 52);
 }
 
-// What the spring along direction `d` at `slot` adds to the sums of one of its ends.
+// Adds the spring along direction `d` at `slot` to the sums of one of its ends.
 template <class Scene>
 LIMAX_LAW void add_spring_bound(const Scene& scene, const spring_constants& springs, int d,
                                 int64_t slot, effects::stiffness_damping& sum) {
@@ -128,9 +114,9 @@ LIMAX_LAW void add_spring_bound(const Scene& scene, const spring_constants& spri
     });
 }
 
-// What all instances of an effect add to a mass: the largest sum over instances that can act on it
-// at once. Those that can are apart from none of the others, so no such sum is above the sum over
-// the instances that are not apart from one of them.
+// The share of all instances of an effect in the bound of a mass: the largest sum over instances
+// that can act on it at once. Those that can are apart from none of the others, so no such sum is
+// above the sum over the instances that are not apart from one of them.
 template <class E, class Scene>
 LIMAX_LAW effects::stiffness_damping bound_of_instances(const Scene& scene, double mass) {
     constexpr int index = effects::index_of<E>;
@@ -166,17 +152,9 @@ LIMAX_LAW double stable_step_of_mass(const Scene& scene, scheme method, const la
             add_spring_bound(scene, springs, d, d * springs.stride + site - step, sum);
         add_spring_bound(scene, springs, d, d * springs.stride + site, sum);
     }
-    // of what is implicit, s
-    double least = bits_as<double>(uint64_t(0x7ff) << 52);
-    const bool implicit = method == scheme::xpbd;
-    if (implicit) {
-        least = stable_step(method, sum.stiffness / mass, sum.damping / mass);
-        method = scheme::symplectic_euler;
-        sum = {0, 0};
-    }
     effects::for_each([&]<class E>(E) {
         if constexpr (bounds_masses<E>) {
-            if (!scene.has(effects::index_of<E>) || (implicit && effects::is_contact<E>)) return;
+            if (!scene.has(effects::index_of<E>)) return;
             const effects::stiffness_damping most = bound_of_instances<E>(scene, mass);
             sum.stiffness += most.stiffness;
             sum.damping += most.damping;
@@ -187,7 +165,7 @@ LIMAX_LAW double stable_step_of_mass(const Scene& scene, scheme method, const la
         sum.stiffness += most.stiffness;
         sum.damping += most.damping;
     }
-    return smaller(least, stable_step(method, sum.stiffness / mass, sum.damping / mass));
+    return stable_step(method, sum.stiffness / mass, sum.damping / mass);
 }
 
 // The longest stable step of a scene's rigid block, s: effects/block.h has the shares. Contacts of

@@ -13,16 +13,6 @@
 // evaluations: at t_n, twice at t_n + dt/2, and at t_n + dt, each at the state that the previous
 // slopes lead to; the step is their mean with weights 1, 2, 2, 1. Order four in smooth scenes, less
 // where a contact switches within a step; impulses are not supported.
-//
-// XPBD (extended position-based dynamics; Macklin, Mueller and Chentanez 2016), in velocities: x
-// and v at t_n. Forces that are neither of springs nor of contacts kick whole. Then each spring, in
-// a fixed order, changes the velocities of its ends by the impulse that it has at the end of the
-// step if only it acts: its tension at x + dt v, of the velocities so far, times reaction(). That
-// is one sweep of Gauss and Seidel over the implicit Euler step. Contacts follow in the same way,
-// then x += dt v. Impulses act along the springs at x, not at x + dt v as in the paper: this
-// conserves the sum of x cross m v, and with it the angular momentum of a free body; with the
-// directions at x + dt v a stiff body gained spin and drifted by metres. The longer the
-// step, the softer springs and contacts get and the more motion is damped. Order one.
 #pragma once
 
 #include "base/portable.h"
@@ -60,13 +50,6 @@ LIMAX_LAW R drift(R position, R velocity, R dt, R& lost) {
 template <class R>
 LIMAX_LAW R lead(R start, R slope, R h, R lost) {
     return start + fma(h, slope, -lost);
-}
-
-// What is left of a force at the end of a step of dt that has stiffness k and damping c, once it
-// has moved what it acts on: 1 / (1 + (dt^2 k + dt c) / m), `inverse_mass` the sum over both ends.
-template <class R>
-LIMAX_LAW R reaction(R stiffness, R damping, R inverse_mass, R dt) {
-    return R(1) / fma(dt * fma(dt, stiffness, damping), inverse_mass, R(1));
 }
 
 // The velocity that the next forces read: new + share (new - old), share 1/2, and 1 after the half

@@ -59,7 +59,7 @@ double squared_arrival_speed(const effects::vector<double>& start, const double 
 double time_step_bound(const spring_body& body, const scene& scene, limax_integrator integrator,
                        limax_bound kind) {
     spring_constants springs{body.stiffness.data(), body.damping.data(), body.count};
-    springs.by_voxels = kind == LIMAX_BOUND_VOXELS && integrator != LIMAX_XPBD;
+    springs.by_voxels = kind == LIMAX_BOUND_VOXELS;
     if (springs.by_voxels && springs.damping) {
         springs.least_time = HUGE_VAL;
         for (std::size_t slot = 0; slot < body.stiffness.size(); ++slot)

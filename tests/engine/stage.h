@@ -44,8 +44,7 @@ inline limax_simulation_options default_options() {
     return options;
 }
 
-inline constexpr int every_precision[] = {LIMAX_SINGLE, LIMAX_COMPENSATED, LIMAX_MIXED,
-                                          LIMAX_DOUBLE};
+inline constexpr int every_precision[] = {LIMAX_SINGLE, LIMAX_COMPENSATED, LIMAX_DOUBLE};
 
 // Numbers between -1 and 1, the same at every run.
 struct draws {

@@ -21,22 +21,17 @@ public:
           memory_(6 * (count_ + longest_step_) + 3 * 8 * (window_ + site_block)) {}
 
     // Points the scratch columns of a robot here.
-    template <class S, class F>
-    void lend(mass_arrays<S>& masses, spring_arrays<F>& springs) {
-        auto next = reinterpret_cast<char*>(memory_.data());
-        const auto take = [&]<class R>(R*& to) {
-            to = reinterpret_cast<R*>(next) + longest_step_;  // memory before it stays zero
-            next += (count_ + longest_step_) * int64_t(sizeof(R));
+    template <class S>
+    void lend(mass_arrays<S>& masses, spring_arrays<S>& springs) {
+        S* next = reinterpret_cast<S*>(memory_.data());
+        const auto take = [&] {
+            S* const column = next + longest_step_;  // memory before it stays zero
+            next += count_ + longest_step_;
+            return column;
         };
-        for (F*& transfer : springs.transfer) take(transfer);
-        for (F*& force : springs.force) take(force);
-        for (int axis = 0; axis < 3; ++axis) {
-            if constexpr (sizeof(S) == sizeof(F))
-                masses.force[axis] = springs.force[axis];
-            else
-                take(masses.force[axis]);
-        }
-        springs.sums = reinterpret_cast<F*>(next);
+        for (S*& transfer : springs.transfer) transfer = take();
+        for (int axis = 0; axis < 3; ++axis) springs.force[axis] = masses.force[axis] = take();
+        springs.sums = next;
         springs.sums_window = window_;
         springs.sums_column = window_ + site_block;
     }
@@ -46,15 +41,12 @@ private:
     array<double> memory_;
 };
 
-// State in S, forces of springs in F: S itself, or float below double for `mixed`. All masses start
-// at 0, at rest. The body must outlive it.
-template <class S, class F, bool compensated>
+// State and forces in S. All masses start at 0, at rest. The body must outlive it.
+template <class S, bool compensated>
 class robot_columns {
 public:
-    static constexpr bool mixed = sizeof(S) != sizeof(F);
-
     mass_arrays<S> masses{};
-    spring_arrays<F> springs{};
+    spring_arrays<S> springs{};
 
     // `predicted`: forces read another velocity than u.
     robot_columns(const spring_body& body, bool predicted) {
@@ -64,7 +56,6 @@ public:
         const int columns =
             3 * (3 + (predicted ? 1 : 0) + (compensated ? 2 : 0)) + (sizeof(S) == 8 ? 2 : 1);
         memory_ = array<S>(columns * column);
-        if constexpr (mixed) rounded_ = array<F>(6 * column);
         S* next = memory_.data();
         const auto take = [&] { return std::exchange(next, next + column); };
 
@@ -95,7 +86,7 @@ public:
         for (int d = 0; d < direction_count; ++d) {
             springs.step[d] = body.grid.step(directions[d]);
             springs.used[d] = padded(std::max<int64_t>(0, body.grid.sites() - springs.step[d]));
-            springs.rest[d] = F(body.rest[d]);
+            springs.rest[d] = S(body.rest[d]);
         }
         springs.stiffness = body.stiffness.data();
         springs.damping = body.damping.data();
@@ -104,39 +95,20 @@ public:
         fill_cells(body);
     }
 
-    // Whatever acts on the mass at a site moves it no more.
+    // Holds the mass at a site: no force moves it anymore.
     void hold(int64_t site) { inverse_mass_[site] = S(0); }
 
     // Lets the springs see masses: those of the robot, or the same where a stage of a step has
     // them.
-    void show_springs(const pass_table& passes, const mass_arrays<S>& seen) {
-        [[maybe_unused]] const int64_t column = int64_t(rounded_.size()) / 6;
+    void show_springs(const mass_arrays<S>& seen) {
         for (int axis = 0; axis < 3; ++axis) {
-            if constexpr (mixed) {
-                F *x = rounded_.data() + axis * column, *p = x + 3 * column;
-                passes.narrow(seen.count, seen.position[axis], x);
-                passes.narrow(seen.count, seen.predicted[axis], p);
-                springs.position[axis] = x;
-                springs.velocity[axis] = p;
-            } else {
-                springs.position[axis] = seen.position[axis];
-                springs.velocity[axis] = seen.predicted[axis];
-            }
+            springs.position[axis] = seen.position[axis];
+            springs.velocity[axis] = seen.predicted[axis];
         }
     }
 
-    // Gives the masses the sums of their springs' forces.
-    void take_forces(const pass_table& passes) {
-        if constexpr (mixed)
-            for (int axis = 0; axis < 3; ++axis)
-                passes.widen(masses.count, springs.force[axis], masses.force[axis]);
-    }
-
-    // Frees what only springs need.
-    void release_springs() {
-        rounded_ = array<F>();
-        cells_ = array<float>();
-    }
+    // Frees the memory that only springs need.
+    void release_springs() { cells_ = array<float>(); }
 
 private:
     void fill_cells(const spring_body& body) {
@@ -161,9 +133,8 @@ private:
         springs.cell_rows = rows;
     }
 
-    array<S> memory_;   // all columns of masses that are not the thread's
-    S* inverse_mass_;   // within it
-    array<F> rounded_;  // x and p, [3] each, as springs see them where that is not as they are
+    array<S> memory_;  // all columns of masses that are not the thread's
+    S* inverse_mass_;  // within it
     array<float> cells_;
 };
 

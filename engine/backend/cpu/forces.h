@@ -1,6 +1,5 @@
 // forces.h: the forces on one robot's masses at one moment, springs first, then the effects on
-// masses in the order of effects::all; and the impulses that follow a kick. In `mixed` springs see
-// x and p rounded to fp32, and their sums are widened before anything on masses. SI units.
+// masses in the order of effects::all; and the impulses that follow a kick. SI units.
 #pragma once
 
 #include <algorithm>
@@ -16,13 +15,13 @@
 
 namespace limax::cpu {
 
-// S, F and `compensated` as in robot_columns. What it is made from must outlive it.
-template <class S, class F, bool compensated>
+// S and `compensated` as in robot_columns. What it is made from must outlive it.
+template <class S, bool compensated>
 class robot_forces {
 public:
     // Muscles count time in ticks of `tick` seconds from t = 0.
     robot_forces(const scene& in, const spring_body& body, const pass_table& passes,
-                 robot_columns<S, F, compensated>& columns, double tick)
+                 robot_columns<S, compensated>& columns, double tick)
         : scene_(in), body_(body), passes_(passes), columns_(columns), tick_(tick) {
         if (body.sine.size() != 0)
             clock_ = effects::actuation::make_clock(
@@ -68,7 +67,7 @@ public:
         return effects::actuation::rate_at(clock_, tick, tick_);
     }
 
-    // What the muscles do around a tick, with steps of `step` ticks.
+    // The motion of the muscles around a tick, with steps of `step` ticks.
     muscle_motion muscles_around(int64_t tick, int step) const {
         const auto per_second = [&](int64_t from, int64_t to) {
             const auto before = moment<double>(from), after = moment<double>(to);
@@ -81,40 +80,13 @@ public:
 
     // Fills the forces on the robot's masses, whose state is `seen`.
     void evaluate(const mass_arrays<S>& seen, int64_t tick) {
-        columns_.show_springs(passes_, seen);
-        spring_passes_of<F>(passes_).pair[variant(tick)](columns_.springs, moment<F>(tick));
-        columns_.take_forces(passes_);
-        act_on_masses(seen, tick, true);
+        columns_.show_springs(seen);
+        passes_of<S>(passes_).pair[variant(tick)](columns_.springs, moment<S>(tick));
+        act_on_masses(seen, tick);
         if (block_) block_->evaluate(seen);
     }
 
-    // ---- the parts of a step whose springs and contacts are implicit ----
-
-    // Fills the forces on masses by all but springs and contacts.
-    void evaluate_explicit(const mass_arrays<S>& seen, int64_t tick) {
-        clear(seen.force, seen.count);
-        act_on_masses(seen, tick, false);
-    }
-    // Adds what springs do by the end of a step to the springs' forces.
-    void sweep(const sweep_arrays<F>& step, int64_t tick) {
-        spring_passes_of<F>(passes_).sweep[variant(tick)](columns_.springs, step, moment<F>(tick));
-    }
-    // Changes the velocities after a kick of h by each contact's push in turn, and by its friction.
-    void press(const mass_arrays<S>& masses, S h) {
-        const mass_passes<S>& passes = mass_passes_of<S>(passes_);
-        for (const active_effect& contact : active_) {
-            if (!passes.press[contact.index]) continue;
-            passes.press[contact.index](masses, contact.params, h);
-            for (const active_effect& active : active_)
-                if (active.index == effects::index_of<effects::friction>)
-                    recorded(masses, active.index, h, [&] {
-                        passes.pressed_slip[contact.index](masses, {0, masses.count},
-                                                           contact.params, active.params, h);
-                    });
-        }
-    }
-
-    // Stored between masses that meet, J.
+    // The energy stored in contacts between masses of the body, J.
     double energy_of_pairs() {
         double sum = 0;
         const mass_arrays<S>& masses = columns_.masses;
@@ -124,7 +96,7 @@ public:
                   });
         return sum;
     }
-    // What they do beyond that to masses that move at `velocity`, W.
+    // The power of the other forces between them on masses that move at `velocity`, W.
     double power_of_pairs(const S* const velocity[3]) {
         double sum = 0;
         const mass_arrays<S>& masses = columns_.masses;
@@ -149,8 +121,11 @@ public:
     // Changes the velocities after a kick of h by the effects' impulses, friction last: what it
     // stops stays.
     void push(const mass_arrays<S>& masses, S h) {
-        push_before_friction(masses, h);
-        const mass_passes<S>& passes = mass_passes_of<S>(passes_);
+        const step_passes<S>& passes = passes_of<S>(passes_);
+        if (ledger_) ledger_->forget_impulses();
+        for (const active_effect& active : active_)
+            if (const auto face = passes.face[active.index])
+                recorded(masses, active.index, h, [&] { face(masses, active.params, h); });
         if (block_) {
             block_->kick(double(h));
             recorded(masses, effects::index_of<effects::friction>, h,
@@ -171,15 +146,6 @@ public:
         if (block_) block_->drift(dt, predicted, share);
     }
 
-    // The same without friction.
-    void push_before_friction(const mass_arrays<S>& masses, S h) {
-        const mass_passes<S>& passes = mass_passes_of<S>(passes_);
-        if (ledger_) ledger_->forget_impulses();
-        for (const active_effect& active : active_)
-            if (const auto face = passes.face[active.index])
-                recorded(masses, active.index, h, [&] { face(masses, active.params, h); });
-    }
-
     // Whether the mass at a site lies below the surface of any contact.
     bool touches(int32_t site) const {
         const auto& position = columns_.masses.position;
@@ -198,22 +164,16 @@ public:
     }
 
 private:
-    template <class R>
-    static void clear(R* const column[3], int64_t count) {
-        for (int axis = 0; axis < 3; ++axis) std::memset(column[axis], 0, count * sizeof(R));
-    }
     // The passes of a resting body are those of a scene without actuation.
     unsigned variant(int64_t tick) const {
         const unsigned resting = actuated(tick) ? 0u : effects::bit<effects::actuation>;
         return pair_variant(scene_.mask() & ~resting);
     }
-    // Adds the forces of the effects on masses, those of contacts only `with_contacts`.
-    void act_on_masses(const mass_arrays<S>& seen, int64_t tick, bool with_contacts) {
-        const mass_passes<S>& passes = mass_passes_of<S>(passes_);
+    void act_on_masses(const mass_arrays<S>& seen, int64_t tick) {
+        const step_passes<S>& passes = passes_of<S>(passes_);
         for (active_effect& active : active_)
             if (const auto node = passes.node[active.index])
-                if (with_contacts || !passes.press[active.index])
-                    active.touching = node(seen, active.params);
+                active.touching = node(seen, active.params);
         for (const scripted_effect& script : scene_.scripts()) evaluate(script.law, seen, tick);
         each_pair(seen.position, seen.predicted,
                   [&]<class E>(E, const auto& params, auto a, auto b, const auto& found) {
@@ -259,14 +219,14 @@ private:
         static thread_local std::vector<S> registers;
         const std::size_t needed = std::size_t(law.registers()) * scripted_block;
         if (registers.size() < needed) registers.resize(needed);
-        mass_passes_of<S>(passes_).scripted(seen, {law.instructions.data(),
-                                                   law.constants.data(),
-                                                   int(law.instructions.size()),
-                                                   int(law.constants.size()),
-                                                   {law.force[0], law.force[1], law.force[2]},
-                                                   registers.data(),
-                                                   double(tick) * tick_,
-                                                   {origin_[0], origin_[1], origin_[2]}});
+        passes_of<S>(passes_).scripted(seen, {law.instructions.data(),
+                                              law.constants.data(),
+                                              int(law.instructions.size()),
+                                              int(law.constants.size()),
+                                              {law.force[0], law.force[1], law.force[2]},
+                                              registers.data(),
+                                              double(tick) * tick_,
+                                              {origin_[0], origin_[1], origin_[2]}});
     }
 
     // One instance of an effect of the scene with its parameters in this robot's coordinates.
@@ -279,7 +239,7 @@ private:
     const scene& scene_;
     const spring_body& body_;
     const pass_table& passes_;
-    robot_columns<S, F, compensated>& columns_;
+    robot_columns<S, compensated>& columns_;
     double tick_;                   // s
     double origin_[3] = {0, 0, 0};  // the robot's own, m
     effects::actuation::clock clock_{};

@@ -10,17 +10,17 @@
 
 namespace limax::cpu {
 
-// S, F and `compensated` as in robot_columns. What it is made from must outlive it.
-template <class S, class F, bool compensated>
+// S and `compensated` as in robot_columns. What it is made from must outlive it.
+template <class S, bool compensated>
 class kick_drift final : public stepper<S> {
 public:
     kick_drift(bool leapfrog, const schedule& plan, const spring_body& body,
-               const pass_table& passes, robot_columns<S, F, compensated>& columns,
-               robot_forces<S, F, compensated>& forces)
+               const pass_table& passes, robot_columns<S, compensated>& columns,
+               robot_forces<S, compensated>& forces)
         : leapfrog_(leapfrog),
           plan_(plan),
           body_(body),
-          passes_(mass_passes_of<S>(passes)),
+          passes_(passes_of<S>(passes)),
           masses_(columns.masses),
           forces_(forces) {}
 
@@ -58,9 +58,9 @@ private:
     const bool leapfrog_;
     const schedule& plan_;
     const spring_body& body_;
-    const mass_passes<S>& passes_;
+    const step_passes<S>& passes_;
     mass_arrays<S>& masses_;
-    robot_forces<S, F, compensated>& forces_;
+    robot_forces<S, compensated>& forces_;
 };
 
 }  // namespace limax::cpu

@@ -137,7 +137,7 @@ void scripted_force(const mass_arrays<R>& shared, const scripted_law<R>& law) {
     }
 }
 
-// Of four columns that begin at the corners of the faces across one axis, the mean.
+// The mean of a column over the four corners of a face.
 template <class R>
 LIMAX_LAW R mean_of_corners(const R* column, int64_t i, int64_t a, int64_t b) {
     return R(0.25) * ((column[i] + column[i + a]) + (column[i + b] + column[i + a + b]));
@@ -234,19 +234,6 @@ void drift(const mass_arrays<R>& robot, R dt, R share) {
 }
 
 #include "backend/cpu/runge_kutta_passes.inl"
-#include "backend/cpu/xpbd_passes.inl"
-
-// ---- between two precisions ----
-
-void narrow(int64_t count, const double* __restrict from, float* __restrict to) {
-    LIMAX_LOOP
-    for (int64_t i = 0; i < count; ++i) to[i] = float(from[i]);
-}
-
-void widen(int64_t count, const float* __restrict from, double* __restrict to) {
-    LIMAX_LOOP
-    for (int64_t i = 0; i < count; ++i) to[i] = double(from[i]);
-}
 
 // ---- limits ----
 
@@ -288,24 +275,15 @@ int32_t limit_springs(const spring_arrays<R>& robot, R max_stretch) {
 // ---- tables ----
 
 template <class R>
-constexpr spring_passes<R> make_spring_passes() {
-    return {
-        {pair<R, false, false>, pair<R, true, false>, pair<R, false, true>, pair<R, true, true>},
-        {sweep<R, false, false>, sweep<R, true, false>, sweep<R, false, true>,
-         sweep<R, true, true>},
-        limit_springs<R>};
-}
-
-template <class R>
-constexpr mass_passes<R> make_mass_passes() {
-    mass_passes<R> passes{};
+constexpr step_passes<R> make_passes() {
+    step_passes<R> passes{};
+    passes.pair[0] = pair<R, false, false>;
+    passes.pair[1] = pair<R, true, false>;
+    passes.pair[2] = pair<R, false, true>;
+    passes.pair[3] = pair<R, true, true>;
     for_each([&]<class E>(E) {
         if constexpr (pushes_masses<E>) passes.node[index_of<E>] = node<R, E>;
-        if constexpr (is_contact<E>) {
-            passes.slip[index_of<E>] = slip<R, E>;
-            passes.press[index_of<E>] = press<R, E>;
-            passes.pressed_slip[index_of<E>] = pressed_slip<R, E>;
-        }
+        if constexpr (is_contact<E>) passes.slip[index_of<E>] = slip<R, E>;
         if constexpr (E::hooks & hook_face) passes.face[index_of<E>] = face<R, E>;
     });
     passes.scripted = scripted_force<R>;
@@ -321,20 +299,15 @@ constexpr mass_passes<R> make_mass_passes() {
     passes.stage[1][1] = stage<R, true, true>;
     passes.stage_end[0] = stage_end<R, false>;
     passes.stage_end[1] = stage_end<R, true>;
-    passes.limit = limit_masses<R>;
+    passes.limit_masses = limit_masses<R>;
+    passes.limit_springs = limit_springs<R>;
     return passes;
 }
 
 }  // namespace
 
 extern const pass_table table;
-const pass_table table = {LIMAX_ISA_NAME,
-                          make_spring_passes<float>(),
-                          make_spring_passes<double>(),
-                          make_mass_passes<float>(),
-                          make_mass_passes<double>(),
-                          narrow,
-                          widen,
+const pass_table table = {LIMAX_ISA_NAME, make_passes<float>(), make_passes<double>(),
                           limax::LIMAX_ISA::express_robot};
 
 }  // namespace limax::cpu::LIMAX_ISA

@@ -1,6 +1,6 @@
 // robot.cpp: runs the steps of one robot: checks its limits, records its centre of mass and its
 // samples, and ends it. robot_state.h holds its state, robot_samples.h its records, and
-// kick_drift.h, runge_kutta.h and xpbd.h the order of a step. A step has "begun" when its forces at
+// kick_drift.h and runge_kutta.h the order of a step. A step has "begun" when its forces at
 // t_n are computed and its masses not yet moved; all velocities around t_n are available then.
 #include "backend/cpu/robot.h"
 
@@ -10,7 +10,6 @@
 #include "backend/cpu/robot_samples.h"
 #include "backend/cpu/robot_state.h"
 #include "backend/cpu/runge_kutta.h"
-#include "backend/cpu/xpbd.h"
 
 namespace limax::cpu {
 
@@ -35,8 +34,8 @@ schedule planned(const simulation_setup& setup, const spring_body& body, limax_o
     return plan;
 }
 
-// S, F and `compensated` as in robot_columns.
-template <class S, class F, bool compensated>
+// S and `compensated` as in robot_columns.
+template <class S, bool compensated>
 class robot_run final : public robot {
 public:
     robot_run(const simulation_setup& setup, spring_body body, const pass_table& passes,
@@ -45,7 +44,7 @@ public:
           passes_(passes),
           outcome_(outcome),
           plan_(planned(setup, body, outcome)),
-          ticks_(options_.integrator == LIMAX_RK4 ? runge_kutta<S, F, compensated>::ticks_per_step
+          ticks_(options_.integrator == LIMAX_RK4 ? runge_kutta<S, compensated>::ticks_per_step
                                                   : 1),
           state_(setup, std::move(body), passes, plan_.time_step / ticks_),
           stepper_(make_stepper()),
@@ -74,32 +73,29 @@ private:
     const schedule plan_;
     // ticks of the muscles' clock in a step
     const int ticks_;
-    robot_state<S, F, compensated> state_;
+    robot_state<S, compensated> state_;
     std::unique_ptr<stepper<S>> stepper_;
-    robot_samples<S, F, compensated> samples_;
+    robot_samples<S, compensated> samples_;
     int64_t step_ = 0;
     bool begun_ = false;
 };
 
-template <class S, class F, bool compensated>
-std::unique_ptr<stepper<S>> robot_run<S, F, compensated>::make_stepper() {
+template <class S, bool compensated>
+std::unique_ptr<stepper<S>> robot_run<S, compensated>::make_stepper() {
     if (options_.integrator == LIMAX_RK4)
-        return std::make_unique<runge_kutta<S, F, compensated>>(plan_, state_.body, passes_,
-                                                                state_.columns, state_.forces);
-    if (options_.integrator == LIMAX_XPBD)
-        return std::make_unique<xpbd<S, F, compensated>>(plan_, state_.body, passes_,
-                                                         state_.columns, state_.forces);
-    return std::make_unique<kick_drift<S, F, compensated>>(options_.integrator == LIMAX_LEAPFROG,
-                                                           plan_, state_.body, passes_,
-                                                           state_.columns, state_.forces);
+        return std::make_unique<runge_kutta<S, compensated>>(plan_, state_.body, passes_,
+                                                             state_.columns, state_.forces);
+    return std::make_unique<kick_drift<S, compensated>>(options_.integrator == LIMAX_LEAPFROG,
+                                                        plan_, state_.body, passes_, state_.columns,
+                                                        state_.forces);
 }
 
 // Ends the robot if a limit is broken.
-template <class S, class F, bool compensated>
-void robot_run<S, F, compensated>::check_limits() {
+template <class S, bool compensated>
+void robot_run<S, compensated>::check_limits() {
     const mass_arrays<S>& masses = state_.columns.masses;
-    state_.columns.show_springs(passes_, masses);
-    const limit_breaks breaks = mass_passes_of<S>(passes_).limit(
+    state_.columns.show_springs(masses);
+    const limit_breaks breaks = passes_of<S>(passes_).limit_masses(
         masses, S(options_.max_speed), S(coarse_speed(options_.edge, plan_.time_step)));
     if (breaks.coarse) outcome_.coarse = 1;
     const solid::breaks of_block =
@@ -107,14 +103,14 @@ void robot_run<S, F, compensated>::check_limits() {
     const bool nonfinite = breaks.nonfinite || of_block.nonfinite;
     const bool speed = breaks.speed || of_block.speed;
     const int32_t stretched =
-        spring_passes_of<F>(passes_).limit(state_.columns.springs, F(options_.max_stretch));
+        passes_of<S>(passes_).limit_springs(state_.columns.springs, S(options_.max_stretch));
     if (!nonfinite && !speed && !stretched) return;
     outcome_.status = LIMAX_ROBOT_DIVERGED;
     outcome_.reason = nonfinite ? LIMAX_NONFINITE : speed ? LIMAX_SPEED : LIMAX_STRETCH;
 }
 
-template <class S, class F, bool compensated>
-void robot_run<S, F, compensated>::finish_step() {
+template <class S, bool compensated>
+void robot_run<S, compensated>::finish_step() {
     stepper_->finish(step_);
     begun_ = false;
     ++step_;
@@ -123,8 +119,8 @@ void robot_run<S, F, compensated>::finish_step() {
 }
 
 // Where the robot and its block are at t = 0, half way from there, and at the end.
-template <class S, class F, bool compensated>
-void robot_run<S, F, compensated>::mark_centers() {
+template <class S, bool compensated>
+void robot_run<S, compensated>::mark_centers() {
     const int64_t moving = plan_.steps - plan_.settle_steps;
     double* const marks[3] = {outcome_.center_start, outcome_.center_middle, outcome_.center_end};
     const int64_t at[3] = {plan_.settle_steps, plan_.settle_steps + moving / 2, plan_.steps};
@@ -138,9 +134,9 @@ void robot_run<S, F, compensated>::mark_centers() {
     }
 }
 
-// How the block ends up.
-template <class S, class F, bool compensated>
-void robot_run<S, F, compensated>::mark_block() {
+// Records the last velocity and the tilt of the block.
+template <class S, bool compensated>
+void robot_run<S, compensated>::mark_block() {
     const effects::vector<double> velocity = state_.block->velocity(between());
     outcome_.block_velocity[0] = velocity.x;
     outcome_.block_velocity[1] = velocity.y;
@@ -148,8 +144,8 @@ void robot_run<S, F, compensated>::mark_block() {
     outcome_.block_upright = rotation_of(state_.block->points()).z.z;
 }
 
-template <class S, class F, bool compensated>
-bool robot_run<S, F, compensated>::advance(scratch& memory, deadline until, int64_t most) {
+template <class S, bool compensated>
+bool robot_run<S, compensated>::advance(scratch& memory, deadline until, int64_t most) {
     if (outcome_.status != LIMAX_ROBOT_RUNNING) return true;
     memory.lend(state_.columns.masses, state_.columns.springs);
     const int64_t start = step_;
@@ -186,15 +182,15 @@ bool robot_run<S, F, compensated>::advance(scratch& memory, deadline until, int6
     return true;
 }
 
-template <class S, class F, bool compensated>
-void robot_run<S, F, compensated>::place(const double* positions, const double* velocities) {
+template <class S, bool compensated>
+void robot_run<S, compensated>::place(const double* positions, const double* velocities) {
     if (step_ > 0 || begun_)
         fail(LIMAX_INVALID_ARGUMENT, "a robot can only be placed before its first step");
     state_.place(positions, velocities);
 }
 
-template <class S, class F, bool compensated>
-void robot_run<S, F, compensated>::state(scratch& memory, double* positions, double* velocities) {
+template <class S, bool compensated>
+void robot_run<S, compensated>::state(scratch& memory, double* positions, double* velocities) {
     mass_arrays<S>& masses = state_.columns.masses;
     memory.lend(masses, state_.columns.springs);
     if (positions) state_.write(masses.position, state_.origin, positions);
@@ -205,8 +201,8 @@ void robot_run<S, F, compensated>::state(scratch& memory, double* positions, dou
     state_.write(velocity, nullptr, velocities);
 }
 
-template <class S, class F, bool compensated>
-bool robot_run<S, F, compensated>::block(double* out) const {
+template <class S, bool compensated>
+bool robot_run<S, compensated>::block(double* out) const {
     if (!state_.block) return false;
     state_.block->write(state_.origin, between(), out);
     return true;
@@ -232,17 +228,14 @@ std::unique_ptr<robot> make_robot(const simulation_setup& setup, spring_body bod
                                   const pass_table& passes, limax_outcome& outcome) {
     switch (setup.options.precision) {
         case LIMAX_SINGLE:
-            return std::make_unique<robot_run<float, float, false>>(setup, std::move(body), passes,
-                                                                    outcome);
+            return std::make_unique<robot_run<float, false>>(setup, std::move(body), passes,
+                                                             outcome);
         case LIMAX_COMPENSATED:
-            return std::make_unique<robot_run<float, float, true>>(setup, std::move(body), passes,
-                                                                   outcome);
-        case LIMAX_MIXED:
-            return std::make_unique<robot_run<double, float, false>>(setup, std::move(body), passes,
-                                                                     outcome);
+            return std::make_unique<robot_run<float, true>>(setup, std::move(body), passes,
+                                                            outcome);
         default:
-            return std::make_unique<robot_run<double, double, false>>(setup, std::move(body),
-                                                                      passes, outcome);
+            return std::make_unique<robot_run<double, false>>(setup, std::move(body), passes,
+                                                              outcome);
     }
 }
 

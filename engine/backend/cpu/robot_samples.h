@@ -16,13 +16,13 @@
 
 namespace limax::cpu {
 
-// S, F and `compensated` as in robot_columns. What it is made from must outlive it.
-template <class S, class F, bool compensated>
+// S and `compensated` as in robot_columns. What it is made from must outlive it.
+template <class S, bool compensated>
 class robot_samples {
 public:
     // Muscles count `ticks` to a step.
-    robot_samples(const schedule& plan, robot_state<S, F, compensated>& state,
-                  const stepper<S>& steps, int ticks)
+    robot_samples(const schedule& plan, robot_state<S, compensated>& state, const stepper<S>& steps,
+                  int ticks)
         : plan_(plan),
           state_(state),
           stepper_(steps),
@@ -115,7 +115,8 @@ private:
         }
     }
 
-    // Of springs, masses and fixed contacts, without what masses that meet store between them.
+    // The energies of springs, masses and fixed contacts, without those of contacts within the
+    // body.
     energies energy_now(int64_t step, const velocities& velocity) const {
         const int64_t tick = ticks_ * (step - plan_.settle_steps);
         return measure_energy<S>(state_.body, state_.setup.scene, state_.columns.masses.position,
@@ -153,7 +154,7 @@ private:
     }
 
     const schedule& plan_;
-    robot_state<S, F, compensated>& state_;
+    robot_state<S, compensated>& state_;
     const stepper<S>& stepper_;
     const int ticks_;
     traces traces_;

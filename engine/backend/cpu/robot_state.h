@@ -17,14 +17,14 @@
 
 namespace limax::cpu {
 
-// S, F and `compensated` as in robot_columns. `setup` and `passes` must outlive it; it must
+// S and `compensated` as in robot_columns. `setup` and `passes` must outlive it; it must
 // not be moved, since its parts refer to each other.
-template <class S, class F, bool compensated>
+template <class S, bool compensated>
 struct robot_state {
     const simulation_setup& setup;
     spring_body body;
-    robot_columns<S, F, compensated> columns;
-    robot_forces<S, F, compensated> forces;
+    robot_columns<S, compensated> columns;
+    robot_forces<S, compensated> forces;
     std::unique_ptr<rigid_block<S>> block;  // null in a scene without one
     double origin[3] = {0, 0, 0};           // m
 

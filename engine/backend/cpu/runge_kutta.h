@@ -9,18 +9,18 @@
 
 namespace limax::cpu {
 
-// S, F and `compensated` as in robot_columns. What it is made from must outlive it.
-template <class S, class F, bool compensated>
+// S and `compensated` as in robot_columns. What it is made from must outlive it.
+template <class S, bool compensated>
 class runge_kutta final : public stepper<S> {
 public:
-    // Muscles are asked at half steps, so that their phase is exact there too.
+    // The muscles' clock has a tick at each half step, so that their phase is exact there too.
     static constexpr int ticks_per_step = 2;
 
     runge_kutta(const schedule& plan, const spring_body& body, const pass_table& passes,
-                robot_columns<S, F, compensated>& columns, robot_forces<S, F, compensated>& forces)
+                robot_columns<S, compensated>& columns, robot_forces<S, compensated>& forces)
         : plan_(plan),
           body_(body),
-          passes_(mass_passes_of<S>(passes)),
+          passes_(passes_of<S>(passes)),
           masses_(columns.masses),
           forces_(forces) {
         // far ends of padded springs are read past the last column's end
@@ -70,9 +70,9 @@ private:
 
     const schedule& plan_;
     const spring_body& body_;
-    const mass_passes<S>& passes_;
+    const step_passes<S>& passes_;
     mass_arrays<S>& masses_;
-    robot_forces<S, F, compensated>& forces_;
+    robot_forces<S, compensated>& forces_;
     array<S> memory_;  // the columns of `between_`
     stage_arrays<S> between_{};
 };

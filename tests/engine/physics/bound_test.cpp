@@ -67,15 +67,6 @@ double bound_of(const stage& scene, limax_integrator integrator,
     return time_step_bound(scene.body(), scene.setup.scene, integrator, kind);
 }
 
-// Throws every mass of a body at random: up to `deform` metres and `speed` metres per second.
-void throw_about(simulation& run, int robot, uint32_t seed, double deform, double speed) {
-    snapshot start = state_of(run, robot);
-    draws draw{seed * 747796405u + 2891336453u};
-    for (double& x : start.positions) x += deform * draw();
-    for (double& v : start.velocities) v += speed * draw();
-    run.place(robot, start.positions.data(), start.velocities.data());
-}
-
 }  // namespace
 
 TEST_CASE("the closed form of one mass is the limit that Jury's conditions give") {
@@ -204,54 +195,6 @@ TEST_CASE("bounded by voxels, a step is longer and stable, in every pose") {
                 CHECK(stepped_body(body, true, true).growth(integrator, bound) <= 1 + 1e-6);
         }
     }
-}
-
-TEST_CASE("XPBD: the softening of springs and explicit forces limit the step, contacts do not") {
-    // W + G = q
-    const double a = 5.2e6, b = 2.3e3, dt = stable_step(scheme::xpbd, a, b);
-    CHECK(dt * dt * a + dt * b == doctest::Approx(xpbd_softening));
-    CHECK(stable_step(scheme::xpbd, 0, 0) == HUGE_VAL);
-    stage body(lattice{5, 5, 5});
-    body.effects({"damping"});
-    const double free = bound_of(body, LIMAX_XPBD);
-    CHECK(free == doctest::Approx(1.08e-3).epsilon(0.02));
-    body.effects({"ground"});
-    CHECK(bound_of(body, LIMAX_XPBD) == free);
-    // a script's spring to a place, stiffer than any of the body's
-    const double stiff[2] = {1e6, 0};
-    body.setup.scene.add_script("tether", "f = -1e6 * x;", {}, stiff);
-    const double mass = body.body().mass[0];
-    CHECK(bound_of(body, LIMAX_XPBD) ==
-          doctest::Approx(stable_step(scheme::symplectic_euler, 1e6 / mass, 0)));
-}
-
-TEST_CASE("XPBD: thrown bodies lose energy at steps up to five times its own bound") {
-    for (const int precision : every_precision)
-        for (const double time_step : {1e-3, 5e-3}) {
-            stage bodies(lattice{3, 3, 3}, 12);
-            bodies.randomize(31, true);
-            bodies.effects({"gravity", "damping", "ground", "friction"});
-            bodies.setup.options.integrator = LIMAX_XPBD;
-            bodies.setup.options.precision = precision;
-            bodies.setup.options.time_step = time_step;
-            bodies.setup.options.duration = 3;
-            bodies.setup.options.record[LIMAX_TRACE_ENERGY] = 20;
-            bodies.setup.options.position[2] = 0.2;
-            const auto run = bodies.open();
-            for (int robot = 0; robot < bodies.setup.count; ++robot)
-                throw_about(*run, robot, 1000 + robot, 0.03, robot % 3 == 0 ? 20.0 : 3.0);
-            stage::finish(*run);
-            for (int robot = 0; robot < bodies.setup.count; ++robot) {
-                CAPTURE(precision);
-                CAPTURE(robot);
-                REQUIRE(run->outcomes()[robot].status == LIMAX_ROBOT_DONE);
-                const trace_view energy = trace_of(*run, robot, LIMAX_TRACE_ENERGY);
-                const auto sum = [&](int sample) {
-                    return energy.at(sample, 0) + energy.at(sample, 1) + energy.at(sample, 2);
-                };
-                CHECK(sum(60) < sum(0));
-            }
-        }
 }
 
 TEST_CASE(

@@ -27,8 +27,8 @@ struct wide<double> {
 // Positions, and velocities where springs read them, by place.
 template <int count>
 struct corner_columns {
-    typename wide<spring_real>::four xyzu[count];
-    typename wide<spring_real>::two vw[shares_velocity ? count : 1];
+    typename wide<real>::four xyzu[count];
+    typename wide<real>::two vw[shares_velocity ? count : 1];
 
     __device__ corner load(int place) const {
         const auto first = xyzu[place];
@@ -51,8 +51,8 @@ struct corner_columns {
 // no cell writes stays 0.
 template <int count, int first>
 struct sum_columns {
-    typename wide<spring_real>::two xy[(corners - first) * count];
-    spring_real z[(corners - first) * count];
+    typename wide<real>::two xy[(corners - first) * count];
+    real z[(corners - first) * count];
 
     __device__ force load(int number, int place) const {
         const int slot = (number - first) * count + place;

@@ -8,9 +8,10 @@
 
 namespace limax::cuda {
 
-// Of an edge: a larger margin makes longer lists, a smaller one more frequent ones.
+// As a share of an edge: a larger margin makes longer lists, a smaller one more frequent ones.
 inline constexpr double margin_share = 0.3;
-// Of the distance that a mass may move before lists are made again, less than 1 for rounding.
+// As a share of the distance that a mass may move before lists are made again; less than 1 because
+// of rounding.
 inline constexpr double share_of_way = 0.999;
 
 // One robot's lists, [..][site]. corner_of(site) is a mass as springs read it.
@@ -18,7 +19,7 @@ struct contact_pairs : body_surface {
     const float* masses;
     int32_t* partners;
     float* listed_at;
-    spring_real reach, margin;  // m
+    real reach, margin;  // m
 
     // Lists the partners of the mass at a site.
     template <class CornerOf>
@@ -32,8 +33,8 @@ struct contact_pairs : body_surface {
         if (is_of_surface(site))
             each_of_surface([&](int other) {
                 const corner there = corner_of(other);
-                const separation<spring_real> e{there.x - at.x, there.y - at.y, there.z - at.z};
-                const spring_real most = reach + margin;
+                const separation<real> e{there.x - at.x, there.y - at.y, there.z - at.z};
+                const real most = reach + margin;
                 if (!(dot(e, e) < most * most) || other == site || joined(site, other)) return true;
                 if (count < most_partners) partners[(1 + count) * sites + site] = other;
                 return ++count <= most_partners;
@@ -64,7 +65,7 @@ struct contact_pairs : body_surface {
         });
     }
 
-    __device__ mass_real weight(int site) const { return mass_real(absolute(masses[site])); }
+    __device__ real weight(int site) const { return real(absolute(masses[site])); }
 };
 
 __device__ inline contact_pairs pairs_of(const launch_arguments& launch, const site_grid& grid,
@@ -81,33 +82,30 @@ __device__ inline contact_pairs pairs_of(const launch_arguments& launch, const s
             launch.mass + robot * sites,
             lists.partners + robot * (1 + most_partners) * sites,
             lists.listed_at + robot * 3 * sites,
-            spring_real(reach),
-            spring_real(margin_share * launch.rest[0])};
+            real(reach),
+            real(margin_share * launch.rest[0])};
 }
 
 // Adds the push of the mass at `other` on the one at `site`, whose state is `own`.
 template <class E>
 __device__ inline void add_push(const contact_pairs& robot,
-                                const typename E::template params<mass_real>& params, int site,
+                                const typename E::template params<real>& params, int site,
                                 const corner& own, int other, const corner& there,
-                                effects::vector<mass_real>& total) {
-    const mass_real reach = mass_real(robot.reach);
+                                effects::vector<real>& total) {
+    const real reach = real(robot.reach);
     // from the mass with the lower site to the other, so that both find the same push
-    const mass_real side = site < other ? mass_real(1) : mass_real(-1);
-    const separation<mass_real> e{side * (mass_real(there.x) - mass_real(own.x)),
-                                  side * (mass_real(there.y) - mass_real(own.y)),
-                                  side * (mass_real(there.z) - mass_real(own.z))};
-    const mass_real squared = dot(e, e);
+    const real side = site < other ? real(1) : real(-1);
+    const separation<real> e{side * (there.x - own.x), side * (there.y - own.y),
+                             side * (there.z - own.z)};
+    const real squared = dot(e, e);
     if (!(squared < reach * reach)) return;
-    const separation<mass_real> w{side * (mass_real(there.vx) - mass_real(own.vx)),
-                                  side * (mass_real(there.vy) - mass_real(own.vy)),
-                                  side * (mass_real(there.vz) - mass_real(own.vz))};
-    const distance<mass_real> apart = contact_distance(squared);
-    const separation<mass_real> n{e.x * apart.inverse, e.y * apart.inverse, e.z * apart.inverse};
-    const mass_real one = robot.weight(site), two = robot.weight(other);
-    const effects::pair_state<mass_real> found{reach - apart.length, dot(w, n),
-                                               one * two / (one + two)};
-    const mass_real push = -side * E::meet(params, found);
+    const separation<real> w{side * (there.vx - own.vx), side * (there.vy - own.vy),
+                             side * (there.vz - own.vz)};
+    const distance<real> apart = contact_distance(squared);
+    const separation<real> n{e.x * apart.inverse, e.y * apart.inverse, e.z * apart.inverse};
+    const real one = robot.weight(site), two = robot.weight(other);
+    const effects::pair_state<real> found{reach - apart.length, dot(w, n), one * two / (one + two)};
+    const real push = -side * E::meet(params, found);
     total.x = fma(push, n.x, total.x);
     total.y = fma(push, n.y, total.y);
     total.z = fma(push, n.z, total.z);
@@ -115,15 +113,15 @@ __device__ inline void add_push(const contact_pairs& robot,
 
 // The force on the mass at a site of all masses that it touches, N.
 template <class CornerOf>
-__device__ inline effects::vector<mass_real> force_of_pairs(const contact_pairs& robot,
-                                                            const launch_arguments& launch,
-                                                            int site, const CornerOf& corner_of) {
-    effects::vector<mass_real> total{};
+__device__ inline effects::vector<real> force_of_pairs(const contact_pairs& robot,
+                                                       const launch_arguments& launch, int site,
+                                                       const CornerOf& corner_of) {
+    effects::vector<real> total{};
     effects::for_each([&]<class E>(E) {
         if constexpr (has<E> && bool(E::hooks & effects::hook_meet)) {
             robot.each_partner(site, [&](int other) {
-                add_push<E>(robot, pair_params<mass_real, E>(launch.scene), site, corner_of(site),
-                            other, corner_of(other), total);
+                add_push<E>(robot, pair_params<real, E>(launch.scene), site, corner_of(site), other,
+                            corner_of(other), total);
             });
         }
     });

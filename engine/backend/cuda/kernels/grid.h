@@ -27,9 +27,9 @@ struct grid_robot {
     const site_grid grid;
     const int count;             // of sites
     const float* const columns;  // of springs
-    mass_real* const state;
+    real* const state;
     // velocities after the kick; where laws act on faces then impulses on their corners
-    mass_real* const after;
+    real* const after;
     const contact_pairs pairs;
     scene_params params;
     int event = 0;       // of this launch
@@ -61,7 +61,7 @@ struct grid_robot {
     __device__ robot_solid solid() const { return solid_of(launch, robot, sites(), after); }
     __device__ const float* masses() const { return launch.mass + robot * sites(); }
     // One half of the exchange.
-    __device__ spring_real* half(int which) const {
+    __device__ real* half(int which) const {
         return arguments.exchange + (2 * robot + which) * (exchanged * sites());
     }
     // Waits for all threads of the robot.
@@ -79,10 +79,10 @@ struct grid_robot {
 
     // A mass as the last step left it. What springs see comes from the exchange.
     __device__ void recall(mass_state& m, int site, const corner& c) const {
-        mass_real kept[3];
+        real kept[3];
         load_mass(m, kept, masses()[site], state + site, sites());
         for (int axis = 0; keeps_prediction && axis < 3; ++axis) m.predicted[axis] = kept[axis];
-        if constexpr (shares_state) take_corner(m, c);
+        take_corner(m, c);
     }
     // Stores what springs, and this mass at the next step, read of it.
     __device__ void publish(const mass_state& m, int site, int which) const {
@@ -99,7 +99,7 @@ struct grid_robot {
         const bool begun = record.begun;
         each_mass([&](int site, int) {
             mass_state m;
-            mass_real next_velocity[3];
+            real next_velocity[3];
             load_mass(m, next_velocity, masses()[site], state + site, sites());
             const step_times times = times_at(record, record.step);
             if (begun) finish_mass(m, next_velocity, times.dt, times.share);
@@ -138,8 +138,8 @@ struct grid_robot {
     __device__ void add_masses(int64_t step, bool limited, int64_t (&part)[grid_sums]) const {
         const robot_record& record = shared.record;
         const bool contact = touchable && step == record.next_sample[sample_contact];
-        const auto coarse = mass_real(coarse_speed(launch.rest[0], record.time_step));
-        const spring_real* const seen = half(side);
+        const auto coarse = real(coarse_speed(launch.rest[0], record.time_step));
+        const real* const seen = half(side);
         const double of_total = 1.0 / record.total_mass;
         each_mass([&](int site, int) {
             const corner c = exchanged_corner(grid, seen, site);
@@ -228,7 +228,7 @@ struct grid_robot {
     // Returns a function that gives the solid's push on a mass.
     __device__ auto pushes_of_solid() const {
         if constexpr (!has_solid) {
-            return [](int, const mass_state&) { return effects::vector<mass_real>{}; };
+            return [](int, const mass_state&) { return effects::vector<real>{}; };
         } else {
             const robot_solid own = solid();
             return [this, own, seen = fetched(own.record.seen)](int site, const mass_state& m) {
@@ -245,16 +245,16 @@ struct grid_robot {
         moved = false;
         const auto push = pushes_of_solid();
         each_tile([&](int tile) {
-            const spring_real* const seen = half(side);
+            const real* const seen = half(side);
             tile_forces(grid, launch, columns, seen, tile, shared.moments[now.since_event], shared);
             each_site(grid, tile, [&](int site, int at) {
                 const int in_window =
                     (at % tile_x + 1) + window_x * ((at / tile_x % tile_y + 1) +
                                                     window_y * (at / (tile_x * tile_y) + 1));
                 mass_state m;
-                mass_real next_velocity[3];
+                real next_velocity[3];
                 recall(m, site, shared.at.load(in_window));
-                effects::vector<mass_real> met{};
+                effects::vector<real> met{};
                 if constexpr (meets)
                     met = force_of_pairs(pairs, launch, site, [&](int other) {
                         return exchanged_corner(grid, seen, other);
@@ -271,8 +271,7 @@ struct grid_robot {
     }
 
     // Stores a mass's velocity after the kick.
-    __device__ void keep_kick(const mass_state& m, int site,
-                              const mass_real next_velocity[3]) const {
+    __device__ void keep_kick(const mass_state& m, int site, const real next_velocity[3]) const {
         for (int axis = 0; axis < 3; ++axis) {
             after[axis * sites() + site] = next_velocity[axis];
             if constexpr (compensated)
@@ -310,15 +309,15 @@ struct grid_robot {
             recall(m, site, exchanged_corner(grid, half(side), site));
             // one block wrote the velocities of all masses that touch the solid
             const auto velocity = [&](int axis) {
-                const mass_real* const at = after + axis * sites() + site;
+                const real* const at = after + axis * sites() + site;
                 return has_solid ? __ldcg(at) : *at;
             };
-            mass_real next_velocity[3] = {velocity(0), velocity(1), velocity(2)};
+            real next_velocity[3] = {velocity(0), velocity(1), velocity(2)};
             end_step(m, site, next_velocity, now);
         });
     }
 
-    __device__ void end_step(mass_state& m, int site, mass_real next_velocity[3],
+    __device__ void end_step(mass_state& m, int site, real next_velocity[3],
                              const loop_state& now) {
         slow_mass(m, params, shared.times.h, next_velocity);
         if (now.last()) {
@@ -345,7 +344,7 @@ struct grid_robot {
     }
 
     __device__ void list_contacts(int64_t step) {
-        const spring_real* const seen = half(side);
+        const real* const seen = half(side);
         each_mass([&](int site, int) {
             pairs.list(site, [&](int other) { return exchanged_corner(grid, seen, other); });
         });

@@ -26,7 +26,7 @@ __device__ inline double over_block(double value, bool largest, double part[meas
 
 // One robot's columns at the step where it paused.
 struct measured_robot {
-    const measure_launch<mass_real>& launch;
+    const measure_launch<real>& launch;
     const robot_record& record;
     int64_t index, sites;
 
@@ -40,11 +40,11 @@ struct measured_robot {
     // between the velocities on both sides of t_n; at n = 0, and at every step of symplectic Euler,
     // the one before is the one at t_n
     __device__ double velocity(int axis, int64_t site) const {
-        const mass_real* u =
+        const real* u =
             launch.state + (index * state_columns + column_velocity + axis) * sites + site;
         if (!leapfrog || record.step == 0) return double(*u);
-        const mass_real after = u[(column_next_velocity - column_velocity) * sites];
-        return double(mass_real(0.5) * (*u + after));
+        const real after = u[(column_next_velocity - column_velocity) * sites];
+        return double(real(0.5) * (*u + after));
     }
     __device__ separation<double> between(int64_t near, int64_t far) const {
         const auto along = [&](int axis) {
@@ -183,8 +183,8 @@ __device__ inline void measure_strain(const measured_robot& robot, double* out,
 
 }  // namespace limax::cuda
 
-extern "C" __global__ void __launch_bounds__(limax::cuda::measure_threads) limax_measure(
-    const __grid_constant__ limax::cuda::measure_launch<limax::cuda::mass_real> launch) {
+extern "C" __global__ void __launch_bounds__(limax::cuda::measure_threads)
+    limax_measure(const __grid_constant__ limax::cuda::measure_launch<limax::cuda::real> launch) {
     using namespace limax;
     using namespace limax::cuda;
     __shared__ double part[measure_threads];

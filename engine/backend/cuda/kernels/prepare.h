@@ -24,7 +24,7 @@ struct bounded_scene {
 #endif
 };
 
-using prepare_arguments = prepare_launch<mass_real>;
+using prepare_arguments = prepare_launch<real>;
 
 // Whether a mass has springs in all directions: then it is inside the body.
 __device__ inline bool is_inside(const lattice& grid, const float* stiffness, int64_t site, int x,
@@ -49,7 +49,7 @@ struct robot_in_preparation {
     const voxel_body body;
     float *const mass, *const columns;  // columns of springs
     int32_t* const ranks;
-    mass_real* const state;
+    real* const state;
 
     __device__ robot_in_preparation(const prepare_arguments& arguments, prepared_robot& record,
                                     unsigned long long& step, unsigned long long& time)
@@ -180,14 +180,13 @@ struct robot_in_preparation {
                               scene(), used_scheme(), grid, springs, site, mass[site])));
             const int at[3] = {x, y, z};
             for (int column = 0; column < state_columns; ++column)
-                state[column * sites + site] = mass_real(0);
+                state[column * sites + site] = real(0);
             for (int axis = 0; axis < 3; ++axis) {
                 state[(column_position + axis) * sites + site] =
-                    mass_real((launch.position[axis] - launch.origin[axis]) +
-                              launch.edge * double(at[axis] - prepared.corner[axis]));
+                    real((launch.position[axis] - launch.origin[axis]) +
+                         launch.edge * double(at[axis] - prepared.corner[axis]));
                 if (used && !held)
-                    state[(column_velocity + axis) * sites + site] =
-                        mass_real(launch.velocity[axis]);
+                    state[(column_velocity + axis) * sites + site] = real(launch.velocity[axis]);
             }
             if (held) mass[site] = -mass[site];
         });

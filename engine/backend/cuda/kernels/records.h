@@ -173,7 +173,7 @@ struct solid_touch : solid::touch {
 // Corners of the block at fixed contacts: all eight at each instance.
 LIMAX_LAW constexpr int corners_of_solid(int contacts) { return 8 * contacts; }
 
-// Of all robots; null in a scene without a block.
+// The blocks of all robots; null in a scene without a block.
 template <class R>
 struct solid_columns {
     solid_record* records;    // [robot]
@@ -188,7 +188,7 @@ LIMAX_LAW constexpr int marks_of(int64_t sites) { return int((sites + 31) / 32);
 // Values of a sample of the block's trace: its centre and its quaternion.
 inline constexpr int solid_width = 7;
 
-// What a launch of the step kernel works on, R being the real of its masses. Columns of robots are
+// The arguments of the step kernel; R is the type of state and forces. Columns of robots are
 // `sites` elements apart.
 template <class R>
 struct step_launch {
@@ -212,12 +212,12 @@ struct step_launch {
     solid_columns<R> solids;
 };
 
-// What a launch of the grid kernel works on besides: several blocks share a robot.
-template <class R, class F>
+// The arguments of the grid kernel, in which several blocks share a robot.
+template <class R>
 struct grid_launch {
     step_launch<R> step;
     R* after;     // velocities after the kick and impulses of faces, [robot][2][3][site]
-    F* exchange;  // masses as springs see them, [robot][2][value][site]
+    R* exchange;  // masses as springs see them, [robot][2][value][site]
     unsigned long long* sums;  // over all masses, modulo 2^64, [robot][2][grid_sums]
     unsigned* arrived;         // blocks that came to a barrier so far, [robot]
     lattice grid;
@@ -245,7 +245,7 @@ struct prepared_robot {
     int32_t masses;
 };
 
-// What a launch of the prepare kernel works on: one block for each robot.
+// The arguments of the prepare kernel: one block for each robot.
 template <class R>
 struct prepare_launch {
     const int32_t* robots;  // places in the population
@@ -269,7 +269,7 @@ struct prepare_launch {
     material_law materials[16];
 };
 
-// What a launch of the measure kernel works on: one block for each robot.
+// The arguments of the measure kernel: one block for each robot.
 template <class R>
 struct measure_launch {
     robot_record* records;
@@ -288,11 +288,11 @@ struct measure_launch {
 // Threads of a block of these kernels.
 inline constexpr int prepare_threads = 512, measure_threads = 256, summarize_threads = 64;
 
-// What every driver and compiler passes to a kernel, bytes.
-static_assert(sizeof(grid_launch<double, double>) <= 4096 &&
-              sizeof(prepare_launch<double>) <= 4096 && sizeof(measure_launch<double>) <= 4096);
+// Bytes of arguments that every driver and compiler supports.
+static_assert(sizeof(grid_launch<double>) <= 4096 && sizeof(prepare_launch<double>) <= 4096 &&
+              sizeof(measure_launch<double>) <= 4096);
 
-// What a launch of the summarize kernel works on.
+// The arguments of the summarize kernel.
 struct summarize_launch {
     const robot_record* records;
     const int32_t* ended;      // robots

@@ -12,15 +12,14 @@ inline constexpr int limits_of_divergence = limit_nonfinite | limit_speed | limi
 
 // `coarse` is the robot's coarse_speed().
 __device__ inline int broken_by_mass(const mass_state& m, const launch_arguments& launch,
-                                     mass_real coarse) {
-    const mass_real infinite = mass_real(bits_as<double>(uint64_t(0x7ff) << 52));
-    const mass_real reach =
-        absolute(m.position[0]) + absolute(m.position[1]) + absolute(m.position[2]);
-    const mass_real speed =
+                                     real coarse) {
+    const real infinite = real(bits_as<double>(uint64_t(0x7ff) << 52));
+    const real reach = absolute(m.position[0]) + absolute(m.position[1]) + absolute(m.position[2]);
+    const real speed =
         square_root(fma(m.velocity[0], m.velocity[0],
                         fma(m.velocity[1], m.velocity[1], m.velocity[2] * m.velocity[2])));
     return (!(reach < infinite) || !(speed < infinite) ? limit_nonfinite : 0) |
-           (!(speed <= mass_real(launch.max_speed)) ? limit_speed : 0) |
+           (!(speed <= real(launch.max_speed)) ? limit_speed : 0) |
            (speed > coarse ? limit_coarse : 0);
 }
 
@@ -107,12 +106,12 @@ __device__ inline void note_contact(const launch_arguments& launch, robot_record
 }
 
 __device__ inline void shift_mass(mass_state& m, const double shift[3]) {
-    if (!(m.mass > mass_real(0))) return;
+    if (!(m.mass > real(0))) return;
 #pragma unroll
     for (int axis = 0; axis < 3; ++axis)
         if (shift[axis] != 0.0)
-            m.position[axis] = accumulate<compensated>(
-                m.position[axis], mass_real(-1), mass_real(shift[axis]), m.lost_position[axis]);
+            m.position[axis] = accumulate<compensated>(m.position[axis], real(-1),
+                                                       real(shift[axis]), m.lost_position[axis]);
 }
 
 // The next event after `step`, `stop` at the latest.
@@ -130,30 +129,29 @@ __device__ inline int64_t next_event(const robot_record& record, int64_t step, i
 
 // Times that stay the same between events, in shared memory: registers are scarce.
 struct alignas(16) step_times {
-    mass_real dt;     // s
-    mass_real h;      // of a kick, s: half of dt at n = 0
-    mass_real share;  // of predict()
+    real dt;     // s
+    real h;      // of a kick, s: half of dt at n = 0
+    real share;  // of predict()
 };
 
 __device__ inline step_times times_at(const robot_record& record, int64_t step) {
-    const auto dt = mass_real(record.time_step);
+    const auto dt = real(record.time_step);
     const bool half_kick = leapfrog && step == 0;
-    return {dt, half_kick ? mass_real(0.5) * dt : dt, mass_real(half_kick ? 1 : 0.5)};
+    return {dt, half_kick ? real(0.5) * dt : dt, real(half_kick ? 1 : 0.5)};
 }
 
 // The muscles' moment at a step, at rest while the body settles.
-__device__ inline effects::actuation::moment<spring_real> moment_at(const launch_arguments& launch,
-                                                                    const robot_record& record,
-                                                                    int64_t step) {
+__device__ inline effects::actuation::moment<real> moment_at(const launch_arguments& launch,
+                                                             const robot_record& record,
+                                                             int64_t step) {
     using effects::actuation;
-    if (!actuated || step < record.settle_steps) return {spring_real(0), spring_real(0)};
+    if (!actuated || step < record.settle_steps) return {real(0), real(0)};
     const double* values = launch.scene.of(effects::index_of<actuation>);
-    return actuation::at<spring_real>(
-        actuation::clock{values[0], record.ramp, record.phase_per_step}, step - record.settle_steps,
-        record.time_step);
+    return actuation::at<real>(actuation::clock{values[0], record.ramp, record.phase_per_step},
+                               step - record.settle_steps, record.time_step);
 }
 
-// What scripted effects read of a step.
+// The inputs of scripted effects at a step.
 __device__ inline scripted_moment scripted_moment_at(const robot_record& record, int64_t step) {
     return {record.origin, double(step - record.settle_steps) * record.time_step};
 }

@@ -37,7 +37,7 @@ struct thread_cells {
         for (int k = 0; k < cell_rounds; ++k) {
             const cell_entry cell = entry(launch, k);
             const bool here = cell.site >= 0;
-            place[k] = here ? place_of(cell.site) : place_of_nobody(cell);
+            place[k] = here ? place_of(cell.site) : unused_place(cell);
             const int across = cell.axes >> 3;
             square[k] = __shfl_sync(0xffffffffu, across, 0);
             if constexpr (LIMAX_MIXED) {
@@ -88,7 +88,7 @@ struct thread_cells {
     // its own place, returned.
     __device__ force sum_springs(const launch_arguments& launch, block_memory& shared, int round,
                                  const corner& mass,
-                                 const effects::actuation::moment<spring_real>& now) const {
+                                 const effects::actuation::moment<real>& now) const {
         const int at = place[round];
         force own{};
         visit(

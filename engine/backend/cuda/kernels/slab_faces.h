@@ -5,13 +5,12 @@
 
 namespace limax::cuda {
 
-__device__ inline effects::vector<mass_real> vector_at(const mass_real (&column)[3][face_places],
-                                                       int place) {
+__device__ inline effects::vector<real> vector_at(const real (&column)[3][face_places], int place) {
     return {column[0][place], column[1][place], column[2][place]};
 }
 
 // Publishes a mass's velocity after the kick for the faces that it is a corner of.
-__device__ inline void show_velocity(const mass_real velocity[3], int place, block_memory& shared) {
+__device__ inline void show_velocity(const real velocity[3], int place, block_memory& shared) {
     const int below = place_below(place);
     for (int along = 0; along < 3; ++along) {
         shared.faces.after[along][place] = velocity[along];
@@ -21,11 +20,11 @@ __device__ inline void show_velocity(const mass_real velocity[3], int place, blo
     }
 }
 
-// What each corner of the face across `axis` whose lowest corner is at `place` takes. `lightest`
-// is the robot's, [axis][site].
+// Stores the impulse on each corner of the face across `axis` whose lowest corner is at `place`.
+// `lightest` is the robot's, [axis][site].
 template <class E>
 __device__ inline void push_face(E, const scene_params& params, const float* lightest, int axis,
-                                 int place, mass_real h, block_memory& shared) {
+                                 int place, real h, block_memory& shared) {
     constexpr axis_steps steps{{1, LIMAX_ROW, LIMAX_PLANE}};
     const int a = steps[axis + 1], b = steps[axis + 2];
     const auto corner_at = [&](int c) { return place + (c & 1 ? a : 0) + (c & 2 ? b : 0); };
@@ -40,12 +39,12 @@ __device__ inline void push_face(E, const scene_params& params, const float* lig
 
 // Gives a mass the impulses of the four faces across `axis` that it is a corner of; some may be
 // those of the block below.
-__device__ inline void take_from_faces(int axis, int place, mass_real inverse_mass,
-                                       mass_real velocity[3], block_memory& shared) {
+__device__ inline void take_from_faces(int axis, int place, real inverse_mass, real velocity[3],
+                                       block_memory& shared) {
     constexpr axis_steps steps{{1, LIMAX_ROW, LIMAX_PLANE}};
     const int a = steps[axis + 1], b = steps[axis + 2];
     const bool first = is_lowest(axis + 1, place), second = is_lowest(axis + 2, place);
-    take_impulses(velocity, inverse_mass, [&](int k) -> effects::vector<mass_real> {
+    take_impulses(velocity, inverse_mass, [&](int k) -> effects::vector<real> {
         if ((k & 1 && first) || (k & 2 && second)) return {};
         const int from = place - (k & 1 ? a : 0) - (k & 2 ? b : 0);
         // along z the mass's own place in the block below is where to count from

@@ -57,8 +57,8 @@ struct alignas(16) any_square {
         return (c & 1 ? first_sum : 0) + (c & 2 ? second_sum : 0) + (c == 3 ? places : 0);
     }
 };
-// The place of a lane without a cell, which no mass has: what it reads and adds there is 0.
-__device__ inline int place_of_nobody(const cell_entry& cell) { return -1 - cell.site; }
+// The place of a lane without a cell; no mass has it. The lane reads and adds 0 there.
+__device__ inline int unused_place(const cell_entry& cell) { return -1 - cell.site; }
 // Which of its multiprocessor's blocks this is, if the GPU has nothing else to do: they are
 // assigned to the multiprocessors in turn.
 __device__ inline int block_of_multiprocessor() {
@@ -104,9 +104,9 @@ struct stored_squares {
     float others[storing_threads];
     any_square mixed[LIMAX_MIXED ? storing_threads : 1];
 };
-// What never changes of the masses of such a round, by thread.
+// The constants of the masses of such a round, by thread.
 struct stored_weights {
-    typename wide<mass_real>::four of[storing_threads];
+    typename wide<real>::four of[storing_threads];
 
     __device__ void store(const mass_state& m) {
         of[threadIdx.x] = {m.mass, m.inverse_mass, m.root_mass, 0};
@@ -128,9 +128,9 @@ struct stored_square {
 // whose lowest corner is at a place, N s.
 constexpr int face_places = has_faces ? places : 1;
 struct face_memory {
-    mass_real after[3][face_places], impulse[3][face_places];
+    real after[3][face_places], impulse[3][face_places];
 };
-// What any_of_robot() may be called for between two barriers.
+// The questions that any_of_robot() may answer between two barriers.
 enum question {
     limits_broken,
     nonfinite_found,
@@ -147,12 +147,12 @@ struct block_memory {
     face_memory faces;
     stored_squares squares[rim_rounds > 0 ? rim_rounds : 1];
     stored_weights weights[rim_rounds > 0 ? rim_rounds : 1];
-    effects::actuation::moment<spring_real> moments[check_interval];  // of the muscles, from the
-                                                                      // last event on
-    int64_t part[block_sums][warps];                                  // of sums over all masses
-    int64_t of_block[block_sums][cluster_blocks];                     // the same, of every block
-    int64_t sum_of[block_sums];                                       // and of all
-    int answer[questions][cluster_blocks];                            // of any_of_robot(), by block
+    effects::actuation::moment<real> moments[check_interval];  // of the muscles, from the
+                                                               // last event on
+    int64_t part[block_sums][warps];                           // of sums over all masses
+    int64_t of_block[block_sums][cluster_blocks];              // the same, of every block
+    int64_t sum_of[block_sums];                                // and of all
+    int answer[questions][cluster_blocks];                     // of any_of_robot(), by block
     step_times times;
     double shift[3];  // of the origin, m
     int moved;        // whether any of it is not 0
@@ -198,7 +198,7 @@ __device__ inline void publish(const mass_state& m, int place, block_memory& sha
 __device__ inline int64_t robot_of(const launch_arguments& launch) {
     return launch.running[blockIdx.x / cluster_blocks];
 }
-__device__ inline mass_real* state_of(const launch_arguments& launch) {
+__device__ inline real* state_of(const launch_arguments& launch) {
     return launch.state + robot_of(launch) * (state_columns * sites);
 }
 

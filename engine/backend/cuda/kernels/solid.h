@@ -76,13 +76,13 @@ __device__ inline int steps_to_event(const robot_record& record, int64_t step, i
 struct robot_solid {
     solid_record& record;
     uint32_t* marked;
-    solid_touch<mass_real>*touches, *listed;
+    solid_touch<real>*touches, *listed;
     solid::touch* corners;
-    mass_real* after;
+    real* after;
     int sites;
 };
 __device__ inline robot_solid solid_of(const launch_arguments& launch, int64_t robot, int sites,
-                                       mass_real* after) {
+                                       real* after) {
     constexpr int contacts = [] {
         int count = 0;
         effects::for_each([&]<class E>(E) {
@@ -90,7 +90,7 @@ __device__ inline robot_solid solid_of(const launch_arguments& launch, int64_t r
         });
         return count;
     }();
-    const solid_columns<mass_real>& columns = launch.solids;
+    const solid_columns<real>& columns = launch.solids;
     return {columns.records[robot],
             columns.marked + robot * marks_of(sites),
             columns.touches + robot * 2 * sites,
@@ -103,26 +103,26 @@ __device__ inline robot_solid solid_of(const launch_arguments& launch, int64_t r
 // ---- the parts of all threads ----
 
 // The push of the solid on the mass at a site; whether it touches is left in `touched`.
-__device__ inline effects::vector<mass_real> push_of_solid(const robot_solid& solid,
-                                                           const launch_arguments& launch,
-                                                           const solid::view& seen, int site,
-                                                           const mass_state& m, bool& touched) {
+__device__ inline effects::vector<real> push_of_solid(const robot_solid& solid,
+                                                      const launch_arguments& launch,
+                                                      const solid::view& seen, int site,
+                                                      const mass_state& m, bool& touched) {
     using effects::vector;
     touched = false;
-    if (!(m.mass > mass_real(0))) return {};
+    if (!(m.mass > real(0))) return {};
     const auto law =
         effects::block::make<double>(launch.scene.of(effects::index_of<effects::block>), nullptr);
-    solid_touch<mass_real> found;
-    touched = solid::meet_mass<mass_real>(
-        law, seen, site, {m.position[0], m.position[1], m.position[2]},
-        {m.predicted[0], m.predicted[1], m.predicted[2]}, double(m.mass), found);
+    solid_touch<real> found;
+    touched = solid::meet_mass<real>(law, seen, site, {m.position[0], m.position[1], m.position[2]},
+                                     {m.predicted[0], m.predicted[1], m.predicted[2]},
+                                     double(m.mass), found);
     if (!touched) return {};
     found.mass = double(m.mass);
     found.inverse_mass = double(m.inverse_mass);
     found.before = {m.velocity[0], m.velocity[1], m.velocity[2]};
     solid.touches[site] = found;
     atomicOr(solid.marked + site / lanes, 1u << site % lanes);
-    return solid::push_on_mass<mass_real>(found);
+    return solid::push_on_mass<real>(found);
 }
 
 // Lists what touches in the order of the sites, and takes the marks away. By the first warp of one
@@ -144,7 +144,7 @@ __device__ inline int list_touching(const robot_solid& solid) {
         int place = listed + before - own;
         for (unsigned left = marks; left != 0; left &= left - 1) {
             const int site = word * lanes + __ffs(int(left)) - 1;
-            solid_touch<mass_real> found = fetched(solid.touches[site]);
+            solid_touch<real> found = fetched(solid.touches[site]);
             found.after = {__ldcg(solid.after + site), __ldcg(solid.after + solid.sites + site),
                            __ldcg(solid.after + 2 * solid.sites + site)};
             solid.listed[place++] = found;
@@ -173,7 +173,7 @@ __device__ inline void step_solid(const robot_solid& solid, const launch_argumen
     }
     __syncwarp();
     for (int i = lane; i < count; i += lanes) {
-        const solid_touch<mass_real>& at = solid.listed[i];
+        const solid_touch<real>& at = solid.listed[i];
         solid.after[at.site] = at.after.x;
         solid.after[solid.sites + at.site] = at.after.y;
         solid.after[2 * solid.sites + at.site] = at.after.z;

@@ -7,7 +7,7 @@
 
 namespace limax::cuda {
 
-// What never changes of the scene's block.
+// The constants of the scene's block.
 struct solid_laws {
     solid::block_params block;
     solid::vector inertia;  // kg m^2
@@ -34,8 +34,7 @@ LIMAX_LAW void each_fixed_contact(const scene_values& scene, const double* origi
 // A step of the block: forces at t_n, the kick of h, friction. `touching` are the masses that
 // touch, in the order of their sites, whose velocities change; `corners` has room for all.
 LIMAX_LAW void push_solid(solid_record& record, const scene_values& scene, const double* origin,
-                          solid_touch<mass_real>* touching, int count, solid::touch* corners,
-                          double h) {
+                          solid_touch<real>* touching, int count, solid::touch* corners, double h) {
     using namespace effects;
     const solid_laws laws(scene);
     solid::state block = record.block;
@@ -46,7 +45,7 @@ LIMAX_LAW void push_solid(solid_record& record, const scene_values& scene, const
         const double mass = laws.block.mass;
         load.force = {mass * g[0], mass * g[1], mass * g[2]};
     }
-    for (int i = 0; i < count; ++i) solid::meet_back<mass_real>(load, touching[i]);
+    for (int i = 0; i < count; ++i) solid::meet_back<real>(load, touching[i]);
     int standing = 0;
     solid::meet_contacts(
         laws.block, record.seen, load,
@@ -56,17 +55,17 @@ LIMAX_LAW void push_solid(solid_record& record, const scene_values& scene, const
     if constexpr (has<friction>) {
         const auto law = friction::make<double>(scene.of(index_of<friction>), origin);
         solid::motion rubbed{};  // for the energy ledger, CPU only
-        const auto wide = [](const vector<mass_real>& v) { return solid::vector{v.x, v.y, v.z}; };
+        const auto wide = [](const vector<real>& v) { return solid::vector{v.x, v.y, v.z}; };
         solid::rub(
             law, laws.block, block, moment, h, rubbed,
             [&](const auto& visit) {
 #pragma unroll 1
                 for (int i = 0; i < count; ++i) visit(touching[i]);
             },
-            [&](const solid_touch<mass_real>& at) { return wide(at.before); },
-            [&](const solid_touch<mass_real>& at) { return wide(at.after); },
-            [](const solid_touch<mass_real>& at) { return at.inverse_mass; },
-            [](solid_touch<mass_real>& at, const solid::vector& impulse) {
+            [&](const solid_touch<real>& at) { return wide(at.before); },
+            [&](const solid_touch<real>& at) { return wide(at.after); },
+            [](const solid_touch<real>& at) { return at.inverse_mass; },
+            [](solid_touch<real>& at, const solid::vector& impulse) {
                 return solid::give_mass(at.after.x, at.after.y, at.after.z, impulse, at.mass,
                                         at.inverse_mass);
             });
@@ -87,7 +86,7 @@ LIMAX_LAW void push_solid(solid_record& record, const scene_values& scene, const
 LIMAX_LAW void move_solid(solid_record& record, const solid_laws& laws, double dt, double share) {
     solid::drift(record.block, laws.inertia, dt, leapfrog, share);
 }
-// What the next forces, and what masses see, follow from.
+// Computes the quantities from which the next forces, and the masses' view of the block, follow.
 LIMAX_LAW void show_solid(solid_record& record, const solid_laws& laws) {
     record.moment = solid::moment_of(record.block, laws.inertia);
     record.seen = solid::view_of(record.block, record.moment);

@@ -29,8 +29,8 @@ struct site_grid {
     }
 };
 
-// What the springs of a class share, and c of the first of them, as columns are sorted: k, then c,
-// then A and B.
+// The parameters that the springs of a class share, and c of the first of them, in the order of the
+// columns: k, then c, then A and B.
 struct alignas(spring_columns == 4 ? 16 : spring_columns == 2 ? 8 : 4) spring_parameters {
     float value[spring_columns];
 
@@ -40,14 +40,14 @@ struct alignas(spring_columns == 4 ? 16 : spring_columns == 2 ? 8 : 4) spring_pa
             value[i] = columns[i * (direction_count * grid.count()) + slot];
     }
     // A spring of the class with damping c.
-    __device__ effects::spring_state<spring_real> at_rest(spring_real rest, float c) const {
-        effects::spring_state<spring_real> spring{};
+    __device__ effects::spring_state<real> at_rest(real rest, float c) const {
+        effects::spring_state<real> spring{};
         spring.rest = rest;
-        spring.stiffness = spring_real(value[0]);
-        if constexpr (damped) spring.damping = spring_real(c);
+        spring.stiffness = real(value[0]);
+        if constexpr (damped) spring.damping = real(c);
         if constexpr (actuated) {
-            spring.sine = spring_real(value[spring_columns - 2]);
-            spring.cosine = spring_real(value[spring_columns - 1]);
+            spring.sine = real(value[spring_columns - 2]);
+            spring.cosine = real(value[spring_columns - 1]);
         }
         return spring;
     }
@@ -132,8 +132,8 @@ __device__ inline void load_square(Set&& set, const site_grid& grid, const float
 }
 
 // L0 of an edge, a face diagonal or a space diagonal.
-LIMAX_LAW spring_real rest_length(const launch_arguments& launch, int kind) {
-    if constexpr (sizeof(spring_real) == 4)
+LIMAX_LAW real rest_length(const launch_arguments& launch, int kind) {
+    if constexpr (sizeof(real) == 4)
         return launch.rest_single[kind];
     else
         return launch.rest[kind];
@@ -143,8 +143,7 @@ LIMAX_LAW spring_real rest_length(const launch_arguments& launch, int kind) {
 // class.
 template <class Set>
 __device__ inline void add_spring_of(const Set& set, parameter_place place, spring_parameters& own,
-                                     spring_real rest,
-                                     const effects::actuation::moment<spring_real>& now,
+                                     real rest, const effects::actuation::moment<real>& now,
                                      const corner& near, const corner& far, force& on_near,
                                      force& on_far) {
     if (place.other < 0) own = set.of_class(place.of_class);
@@ -158,8 +157,8 @@ __device__ inline void add_spring_of(const Set& set, parameter_place place, spri
 // stores all after the last, else each only as long as it is needed.
 template <bool at_once, class Set, class Load, class Store>
 __device__ inline void cube_forces(const launch_arguments& launch, const Set& set,
-                                   const effects::actuation::moment<spring_real>& now,
-                                   const Load& load, const Store& store) {
+                                   const effects::actuation::moment<real>& now, const Load& load,
+                                   const Store& store) {
     corner at[corners];
     force sum[corners] = {};
     spring_parameters own[cube_classes];
@@ -182,8 +181,8 @@ __device__ inline void cube_forces(const launch_arguments& launch, const Set& se
 // second, the one across.
 template <class Set, class Load, class Store>
 __device__ inline void square_forces(const launch_arguments& launch, const Set& set,
-                                     const effects::actuation::moment<spring_real>& now,
-                                     const Load& load, const Store& store) {
+                                     const effects::actuation::moment<real>& now, const Load& load,
+                                     const Store& store) {
     corner at[4];
     force sum[4] = {};
     spring_parameters own[rim_classes];
@@ -199,9 +198,9 @@ __device__ inline void square_forces(const launch_arguments& launch, const Set& 
 
 LIMAX_LAW bool stretched(float stiffness, const corner& a, const corner& b,
                          const launch_arguments& launch, int kind) {
-    const spring_real longest = spring_real(launch.max_stretch) * rest_length(launch, kind);
-    const spring_real ex = b.x - a.x, ey = b.y - a.y, ez = b.z - a.z;
-    const spring_real squared = fma(ex, ex, fma(ey, ey, ez * ez));
+    const real longest = real(launch.max_stretch) * rest_length(launch, kind);
+    const real ex = b.x - a.x, ey = b.y - a.y, ez = b.z - a.z;
+    const real squared = fma(ex, ex, fma(ey, ey, ez * ez));
     return stiffness > 0.0f && !(squared <= longest * longest);
 }
 

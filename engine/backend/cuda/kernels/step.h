@@ -27,7 +27,7 @@ struct block_robot {
     const int thread, rank;
     thread_cells cells;
     mass_state mass[cell_rounds];  // massless in a lane without a cell
-    mass_real next_velocity[cell_rounds][3];
+    real next_velocity[cell_rounds][3];
     scene_params params;
     bool moved = false;  // a mass has moved so far that contact lists are out of date
     // bits of rounds: in which this thread has a cell, and whose mass touches the solid
@@ -63,8 +63,8 @@ struct block_robot {
     // Waits for all threads of the robot.
     __device__ void wait() const { meet_cluster(); }
 
-    // Calls visit(round) for this thread's masses. A lane without a cell has one of 0 kg, which
-    // stays where nobody looks.
+    // Calls visit(round) for this thread's masses. A lane without a cell has one of 0 kg at an
+    // unused place.
     template <class Visit>
     __device__ void each_mass(const Visit& visit) {
 #pragma unroll
@@ -90,7 +90,7 @@ struct block_robot {
         for (int k = 0; k < cell_rounds; ++k) {
             const int site = cells.entry(launch, k).site;
             mass[k] = {};
-            for (mass_real& velocity : next_velocity[k]) velocity = 0;
+            for (real& velocity : next_velocity[k]) velocity = 0;
             if (site >= 0) {
                 present |= 1u << k;
                 load_mass(mass[k], next_velocity[k], launch.mass[robot_of(launch) * sites + site],
@@ -137,7 +137,7 @@ struct block_robot {
     // The limits that this thread's masses and springs break.
     __device__ int broken_limits() {
         int broken = 0;
-        const auto coarse = mass_real(coarse_speed(launch.rest[0], shared.record.time_step));
+        const auto coarse = real(coarse_speed(launch.rest[0], shared.record.time_step));
         each_mass([&](int k) { broken |= broken_by_mass(mass[k], launch, coarse); });
         if (cells.stretched(launch, shared)) broken |= limit_stretch;
         if constexpr (has_solid)
@@ -154,7 +154,7 @@ struct block_robot {
         for (int axis = 0; axis < 3; ++axis) {
             int64_t words[2] = {};
             each_mass([&](int k) {
-                const mass_real* x = mass[k].position;
+                const real* x = mass[k].position;
                 add_to_center(words, double(mass[k].mass) * of_total,
                               double(axis == 0   ? x[0]
                                      : axis == 1 ? x[1]
@@ -198,7 +198,7 @@ struct block_robot {
     // Returns a function that gives the solid's push on mass k of this thread.
     __device__ auto pushes_of_solid() {
         if constexpr (!has_solid) {
-            return [](int) { return effects::vector<mass_real>{}; };
+            return [](int) { return effects::vector<real>{}; };
         } else {
             const robot_solid own = solid();
             return [this, own, seen = fetched(own.record.seen)](int k) {
@@ -219,7 +219,7 @@ struct block_robot {
             own[k] = cells.sum_springs(launch, shared, k, corner_of(mass[k]), muscles);
         });
         // before any mass moves
-        effects::vector<mass_real> met[cell_rounds] = {};
+        effects::vector<real> met[cell_rounds] = {};
         if constexpr (meets) {
             const contact_pairs pairs = contacts();
             each_site([&](int k, int site) {
@@ -279,13 +279,13 @@ struct block_robot {
                         visit(own.after[axis * sites + site], next_velocity[k][axis]);
             });
         };
-        each_touching([](mass_real& there, mass_real& here) { there = here; });
+        each_touching([](real& there, real& here) { there = here; });
         meet_cluster();
         if (rank == 0 && thread < lanes)
             limax::cuda::step_solid(own, launch, record.origin, double(shared.times.h), !now.last(),
                                     record.time_step, double(shared.times.share));
         meet_cluster();
-        each_touching([](const mass_real& there, mass_real& here) { here = __ldcg(&there); });
+        each_touching([](const real& there, real& here) { here = __ldcg(&there); });
     }
 
     // Friction, then the end of the step.

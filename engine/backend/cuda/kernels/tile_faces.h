@@ -11,13 +11,13 @@ namespace limax::cuda {
 struct tile_faces {
     const site_grid& grid;
     const float* masses;
-    const float* lightest;    // of the corners of the face across each axis, kg, [3]
-    const spring_real* seen;  // masses as springs read them
-    mass_real* after;         // velocities after the kick, [3]
-    mass_real* impulse;       // on each corner of the face whose lowest corner a site is, N s, [3]
+    const float* lightest;  // of the corners of the face across each axis, kg, [3]
+    const real* seen;       // masses as springs read them
+    real* after;            // velocities after the kick, [3]
+    real* impulse;          // on each corner of the face whose lowest corner a site is, N s, [3]
 
     __device__ axis_steps steps() const { return {{1, grid.x, grid.x * grid.y}}; }
-    __device__ effects::vector<mass_real> read(const mass_real* column, int site) const {
+    __device__ effects::vector<real> read(const real* column, int site) const {
         const int sites = grid.count();
         return {__ldcg(column + site), __ldcg(column + sites + site),
                 __ldcg(column + 2 * sites + site)};
@@ -30,7 +30,7 @@ struct tile_faces {
     }
 
     template <class E>
-    __device__ void push(E, const scene_params& params, int axis, int site, mass_real h) const {
+    __device__ void push(E, const scene_params& params, int axis, int site, real h) const {
         const int sites = grid.count(), a = steps()[axis + 1], b = steps()[axis + 2];
         const auto corner_site = [&](int c) { return site + (c & 1 ? a : 0) + (c & 2 ? b : 0); };
         const auto found = impulse_on_corner<E>(
@@ -46,12 +46,11 @@ struct tile_faces {
         if (!(mass > 0.0f)) return;
         const int sites = grid.count(), a = steps()[axis + 1], b = steps()[axis + 2];
         const bool first = is_lowest(axis + 1, site), second = is_lowest(axis + 2, site);
-        mass_real velocity[3] = {after[site], after[sites + site], after[2 * sites + site]};
-        take_impulses(velocity, mass_real(1) / mass_real(mass),
-                      [&](int k) -> effects::vector<mass_real> {
-                          if ((k & 1 && first) || (k & 2 && second)) return {};
-                          return read(impulse, site - (k & 1 ? a : 0) - (k & 2 ? b : 0));
-                      });
+        real velocity[3] = {after[site], after[sites + site], after[2 * sites + site]};
+        take_impulses(velocity, real(1) / real(mass), [&](int k) -> effects::vector<real> {
+            if ((k & 1 && first) || (k & 2 && second)) return {};
+            return read(impulse, site - (k & 1 ? a : 0) - (k & 2 ? b : 0));
+        });
         for (int along = 0; along < 3; ++along) after[along * sites + site] = velocity[along];
     }
 };

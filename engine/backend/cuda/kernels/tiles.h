@@ -22,13 +22,13 @@ constexpr int tile_cells = cells_x * cells_y * cells_z;
 constexpr int exchanged = shares_velocity ? 6 : 3;
 // Whether the velocity that forces read must be stored too: then it is in the columns of the next
 // velocity, which only the end of a slice needs.
-constexpr bool keeps_prediction = leapfrog && !(shares_state && shares_velocity);
+constexpr bool keeps_prediction = leapfrog && !shares_velocity;
 
 struct tile_memory {
     corner_columns<window> at;
     sum_columns<tile_masses, 0> sum;
-    effects::actuation::moment<spring_real> moments[check_interval];  // of the muscles, from the
-                                                                      // last event on
+    effects::actuation::moment<real> moments[check_interval];  // of the muscles, from the
+                                                               // last event on
     int64_t part[grid_sums][warps];
     int64_t sum_of[grid_sums];
     step_times times;
@@ -62,7 +62,7 @@ __device__ inline place tile_base(const site_grid& grid, int tile) {
             tile / (tiles_x * tiles_y) * tile_z};
 }
 
-using grid_arguments = grid_launch<mass_real, spring_real>;
+using grid_arguments = grid_launch<real>;
 
 // Calls visit(site, index within the tile) for this thread's masses of a tile.
 template <class Visit>
@@ -76,8 +76,7 @@ __device__ inline void each_site(const site_grid& grid, int tile, const Visit& v
 }
 
 // Other blocks write what is read here: the reads bypass the first-level cache.
-__device__ inline corner exchanged_corner(const site_grid& grid, const spring_real* column,
-                                          int site) {
+__device__ inline corner exchanged_corner(const site_grid& grid, const real* column, int site) {
     const int sites = grid.count();
     corner c{};
     c.x = __ldcg(column + site);
@@ -90,7 +89,7 @@ __device__ inline corner exchanged_corner(const site_grid& grid, const spring_re
     }
     return c;
 }
-__device__ inline void exchange_corner(const site_grid& grid, spring_real* column, int site,
+__device__ inline void exchange_corner(const site_grid& grid, real* column, int site,
                                        const corner& c) {
     const int sites = grid.count();
     column[site] = c.x;
@@ -154,8 +153,8 @@ struct tile_cell {
 // Forces on the masses of a tile, of all springs that end in it. Loads the first
 // parameters, then the masses of the window.
 __device__ inline void tile_forces(const site_grid& grid, const launch_arguments& launch,
-                                   const float* columns, const spring_real* seen, int tile,
-                                   const effects::actuation::moment<spring_real>& now,
+                                   const float* columns, const real* seen, int tile,
+                                   const effects::actuation::moment<real>& now,
                                    tile_memory& shared) {
     // they never change and are in global memory: loaded a cell ahead
     held_cube springs;

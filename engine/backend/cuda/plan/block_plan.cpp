@@ -39,7 +39,7 @@ struct layout {
         const int along_x = grid.nx + 1, along_y = grid.ny + 1;
         return place(site % along_x, site / along_x % along_y, site / (along_x * along_y));
     }
-    // Those of the lattice, and what sticks out of it.
+    // The places of the lattice and of what extends beyond it.
     int places() const { return place(grid.nx + 1, grid.ny + 1, grid.nz + 1) + 1; }
 };
 
@@ -292,22 +292,21 @@ candidate plan_with(const lattice& grid, int cluster, int row, int plane) {
 
 std::optional<block_shape> shape_block(const block_plan& plan, const kernel_needs& needs,
                                        std::size_t most_shared_bytes, kernel_form form) {
-    const bool double_springs = needs.precision == LIMAX_DOUBLE;
-    const bool double_masses = double_springs || needs.precision == LIMAX_MIXED;
+    const bool in_double = needs.precision == LIMAX_DOUBLE;
     const int slots = plan.cube_slots + plan.rim_slots;
     // a cube and a square a thread, or with two squares in the smallest lattices
     const bool one_warp = plan.cube_slots == 1 && slots <= 3;
     const int warps_of_many = one_warp ? 1 : std::max(plan.cube_slots, (slots + 1) / 2);
-    if (warps_of_many > (double_springs ? most_warps_of_double : most_warps)) return std::nullopt;
+    if (warps_of_many > (in_double ? most_warps_of_double : most_warps)) return std::nullopt;
     const bool one = form == kernel_form::one && slots <= most_warps_of_one;
     const int warps = one ? slots : warps_of_many;
 
     // A scheduler shares 512 registers of a lane among its warps: five of them have 96 each, four
     // 128, three 168, two 255.
-    const int warps_at_once = double_springs                                 ? 8
-                              : double_masses || needs.many_laws || one_warp ? 12
-                              : needs.shares_velocity                        ? 16
-                                                                             : 20;
+    const int warps_at_once = in_double                     ? 8
+                              : needs.many_laws || one_warp ? 12
+                              : needs.shares_velocity       ? 16
+                                                            : 20;
     block_shape shape;
     shape.threads = warps * lanes;
     shape.blocks = one ? 1 : std::max(1, warps_at_once / warps);
@@ -315,15 +314,15 @@ std::optional<block_shape> shape_block(const block_plan& plan, const kernel_need
     // block_memory of kernels/slabs.h, which asserts that this suffices
     const int cube_rounds = (plan.cube_slots + warps - 1) / warps;
     const int rim_rounds = (slots + warps - 1) / warps - cube_rounds;
-    const std::size_t spring_real = double_springs ? 8 : 4, mass_real = double_masses ? 8 : 4;
+    const std::size_t real = in_double ? 8 : 4;
     const std::size_t of_class = needs.spring_columns == 3 ? 4 : std::size_t(needs.spring_columns);
     const auto places = std::size_t(plan.places);
     shape.shared_bytes =
-        places * ((needs.shares_velocity ? 6 : 4) + 3 * (corners - 1)) * spring_real +
-        places * (needs.has_faces ? 6 : 0) * mass_real +
+        places * ((needs.shares_velocity ? 6 : 4) + 3 * (corners - 1)) * real +
+        places * (needs.has_faces ? 6 : 0) * real +
         std::size_t(rim_rounds * shape.threads) *
-            ((rim_classes * of_class + 1) * sizeof(float) + (plan.mixed ? 16 : 0) + 4 * mass_real) +
-        check_interval * 2 * spring_real +
+            ((rim_classes * of_class + 1) * sizeof(float) + (plan.mixed ? 16 : 0) + 4 * real) +
+        check_interval * 2 * real +
         std::size_t(warps + plan.cluster) * block_sums * sizeof(int64_t) + sizeof(robot_record) +
         shared_slack;
     if (shape.shared_bytes > most_shared_bytes) return std::nullopt;

@@ -45,7 +45,7 @@ private:
     std::map<std::array<int, 4>, std::shared_ptr<const block_plan>> plans_;
 };
 
-// What a scene asks of a kernel's memory.
+// The demands of a scene on a kernel's memory.
 struct kernel_needs {
     int32_t precision;     // limax_precision
     int spring_columns;    // parameters of a spring: 1 to 4
@@ -61,7 +61,7 @@ struct block_shape {
     std::size_t shared_bytes = 0;
 };
 
-// What a kernel for steps is made for: many robots of this lattice on each multiprocessor, with few
+// The purpose of a step kernel: many robots of this lattice on each multiprocessor, with few
 // warps each; one of them, with as many warps as slots, so that its step is short; or robots of any
 // lattice, on the grid path. Results do not depend on it.
 enum class kernel_form { many, one, any_lattice };

@@ -11,7 +11,7 @@ namespace {
 // Sites of a tile along an axis: 9 leave room for two blocks on a multiprocessor of the largest
 // GPUs, 11 for one; each side computes one layer of cells for its neighbour.
 constexpr int most_tile = 9, most_tile_alone = 11;
-// What fits the 64 KB of the smallest GPUs, in fp32 and in fp64.
+// The largest tiles that fit the 64 KB of the smallest GPUs, in fp32 and in fp64.
 constexpr int any_tile = 7, any_tile_of_double = 5;
 constexpr int fewest_threads = 128, most_threads = 256, lanes = 32;
 constexpr int fewest_threads_alone = 384, most_threads_alone = 512;
@@ -45,13 +45,13 @@ grid_shape shape_of(const std::array<int, 3>& along, const std::array<int, 3>& t
         best = share;
         shape.threads = threads;
     }
-    const bool double_springs = needs.precision == LIMAX_DOUBLE;
-    shape.blocks = double_springs ? 1 : 512 / shape.threads;
-    const std::size_t spring_real = double_springs ? 8 : 4;
+    const bool in_double = needs.precision == LIMAX_DOUBLE;
+    shape.blocks = in_double ? 1 : 512 / shape.threads;
+    const std::size_t real = in_double ? 8 : 4;
     // tile_memory of kernels/tiles.h, which asserts that this suffices
     shape.shared_bytes = (window * (needs.shares_velocity ? 6 : 4) +
                           std::size_t(masses) * 3 * corners + 2 * check_interval) *
-                             spring_real +
+                             real +
                          std::size_t(shape.threads / lanes) * grid_sums * sizeof(int64_t) +
                          sizeof(robot_record) + shared_slack;
     return shape;

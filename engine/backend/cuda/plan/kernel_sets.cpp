@@ -73,8 +73,8 @@ std::vector<unsigned> covering_masks(unsigned wanted) {
     return masks;
 }
 
-// What a scene's scripted effects are in the kernels that step robots and that prepare them. Their
-// parameters are in the text: another value needs another kernel.
+// Adds a scene's scripted effects to the kernels that step and prepare robots. Their parameters are
+// in the text: another value needs another kernel.
 void add_scripts(const scene& scene, kernel_set& step, kernel_set& prepare) {
     if (scene.scripts().empty()) return;
     std::vector<const scripted::program*> laws;
@@ -97,7 +97,7 @@ const char* name_of(kernel_form form) {
 }
 
 const char* name_of_precision(int32_t precision) {
-    static const char* const names[] = {"single", "compensated", "mixed", "double"};
+    static const char* const names[] = {"single", "compensated", "double"};
     return names[precision];
 }
 
@@ -194,8 +194,6 @@ std::string scene_kernels::describe() const {
     return text.dump();
 }
 
-bool scene_kernels::double_springs() const { return setup_->options.precision == LIMAX_DOUBLE; }
-
 scene_kernels::robot_memory scene_kernels::memory_of_robot() const {
     const auto sites = std::size_t(setup_->grid.sites());
     robot_memory memory;
@@ -231,13 +229,12 @@ scene_kernels::robot_memory scene_kernels::memory_of_robot() const {
 // Robots that the second-level cache does not hold read their parameters from global memory at
 // every step: 66 robots of 24x24x24 took 1.5 times as long, stepped all at once, as 9 at a time.
 int scene_kernels::robots_in_cache(const gpu& device) const {
-    const int32_t precision = setup_->options.precision;
-    const std::size_t spring_size = double_springs() ? sizeof(double) : sizeof(float);
-    const std::size_t mass_size = precision == LIMAX_MIXED ? sizeof(double) : spring_size;
+    const std::size_t real =
+        setup_->options.precision == LIMAX_DOUBLE ? sizeof(double) : sizeof(float);
     const std::size_t of_site = sizeof(float) * std::size_t(spring_columns) * direction_count +
-                                mass_size * std::size_t(state_columns);
+                                real * std::size_t(state_columns);
     const std::size_t bytes =
-        of_site * std::size_t(setup_->grid.sites()) + spring_size * memory_of_robot().exchange;
+        of_site * std::size_t(setup_->grid.sites()) + real * memory_of_robot().exchange;
     return int(device.second_level_cache / bytes);
 }
 

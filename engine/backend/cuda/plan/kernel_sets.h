@@ -52,8 +52,6 @@ public:
                     solid_after = 0;
     };
     robot_memory memory_of_robot() const;
-    // Whether springs are computed in double.
-    bool double_springs() const;
     // Robots that one launch of the grid path steps.
     unsigned most_robots() const { return most_robots_; }
 
@@ -67,8 +65,8 @@ public:
     }
     // The same on the grid path, where `robots` are at most most_robots() and arguments.arrived is
     // all 0.
-    template <class R, class F>
-    void launch_grid(const context& gpu, const stream& stream, grid_launch<R, F> arguments,
+    template <class R>
+    void launch_grid(const context& gpu, const stream& stream, grid_launch<R> arguments,
                      unsigned robots) const {
         arguments.blocks_of_robot = blocks_of_robot(robots);
         launch_shape shape{robots * unsigned(arguments.blocks_of_robot), unsigned(grid_.threads),

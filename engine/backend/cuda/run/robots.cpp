@@ -21,10 +21,10 @@ using clock = std::chrono::steady_clock;
 constexpr int64_t never = INT64_MAX;
 // Steps of the first launch, before the time of one is measured.
 constexpr int64_t first_steps = 64;
-// Of one launch, so that an interrupt does not wait longer.
+// The longest launch: an interrupt waits no longer.
 constexpr double most_seconds = 0.05;
 
-// R: the real of the masses.
+// R is the type of state and forces.
 template <class R>
 class robots_on_gpu final : public gpu_robots {
 public:
@@ -127,8 +127,8 @@ private:
     device_memory<cell_entry> device_cells_;
     device_memory<float> mass_, springs_;
     device_memory<R> state_;
-    std::vector<R> saved_state_;    // what state_ held before sleep()
-    device_memory<char> exchange_;  // of spring_real
+    std::vector<R> saved_state_;  // what state_ held before sleep()
+    device_memory<R> exchange_;
     device_memory<unsigned long long> sums_;
     device_memory<unsigned> arrived_;
     device_memory<float> faces_;  // these and the following only where the scene needs them
@@ -327,9 +327,7 @@ const std::vector<int32_t>& robots_on_gpu<R>::sites_of(std::size_t local) {
 std::unique_ptr<gpu_robots> make_robots(const simulation_setup& setup, std::vector<int32_t> robots,
                                         std::shared_ptr<gpu_team> team, gpu_place& place,
                                         limax_outcome* outcomes) {
-    const bool twice =
-        setup.options.precision == LIMAX_DOUBLE || setup.options.precision == LIMAX_MIXED;
-    if (twice)
+    if (setup.options.precision == LIMAX_DOUBLE)
         return std::make_unique<robots_on_gpu<double>>(setup, std::move(robots), std::move(team),
                                                        place, outcomes);
     return std::make_unique<robots_on_gpu<float>>(setup, std::move(robots), std::move(team), place,

@@ -9,7 +9,6 @@ void robots_on_gpu<R>::wait() noexcept {
     }
 }
 
-// Frees all GPU memory.
 template <class R>
 void robots_on_gpu<R>::release() {
     awake_ = false;
@@ -62,9 +61,7 @@ void robots_on_gpu<R>::allocate(std::size_t count) {
     of_each(solid_corners_, memory.solid_corners, "the blocks");
     of_each(solid_after_, memory.solid_after, "the blocks");
     if (scene_.on_grid()) {
-        of_each(exchange_,
-                memory.exchange * (scene_.double_springs() ? sizeof(double) : sizeof(float)),
-                "the exchange");
+        of_each(exchange_, memory.exchange, "the exchange");
         of_each(sums_, memory.sums, "the sums");
         of_each(arrived_, memory.arrived, "the barriers");
         of_each(after_, memory.after, "the impulses");

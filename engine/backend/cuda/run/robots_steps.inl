@@ -66,19 +66,13 @@ void robots_on_gpu<R>::step_robots(const step_launch<R>& launch) {
     }
     arrived_.clear(stream_);
     sums_.clear(stream_);
-    const auto on_grid = [&](auto* exchange) {
-        for (unsigned first = 0; first < robots; first += scene_.most_robots()) {
-            grid_launch<R, std::remove_pointer_t<decltype(exchange)>> arguments{
-                launch, after_.data(), exchange, sums_.data(), arrived_.data(), setup_.grid, 0};
-            arguments.step.running += first;
-            scene_.launch_grid(gpu_, stream_, arguments,
-                               std::min(robots - first, scene_.most_robots()));
-        }
-    };
-    if (scene_.double_springs())
-        on_grid(reinterpret_cast<double*>(exchange_.data()));
-    else
-        on_grid(reinterpret_cast<float*>(exchange_.data()));
+    for (unsigned first = 0; first < robots; first += scene_.most_robots()) {
+        grid_launch<R> arguments{
+            launch, after_.data(), exchange_.data(), sums_.data(), arrived_.data(), setup_.grid, 0};
+        arguments.step.running += first;
+        scene_.launch_grid(gpu_, stream_, arguments,
+                           std::min(robots - first, scene_.most_robots()));
+    }
 }
 
 // Robots pause wherever the measure kernel has to take a sample: so often at most in a launch.

@@ -9,7 +9,7 @@
 // two planes, a sphere, two boxes; double; leapfrog
 #define LIMAX_EFFECTS ((1u << limax::effects::all::count) - 1)
 #define LIMAX_INSTANCES (2 | 1 << 8 | 2 << 16)
-#define LIMAX_PRECISION 3
+#define LIMAX_PRECISION 2
 #define LIMAX_LEAPFROG 1
 // two scripted effects: what kernel_text() makes of `scripted_laws`, one after the other
 // clang-format off
@@ -158,7 +158,7 @@ std::vector<effects::vector<double>> velocities_of_kernel(const scene& scene,
 // Leaves the velocities that the passes compute in masses.next_velocity.
 void run_passes(const scene& scene, const std::vector<scripted::program>& laws, int registers,
                 mass_columns& masses, double h) {
-    const auto& passes = cpu::mass_passes_of<double>(cpu::choose_passes(""));
+    const auto& passes = cpu::passes_of<double>(cpu::choose_passes(""));
     const auto each = [&](const auto& visit) {
         effects::for_each([&]<class E>(E) {
             constexpr int index = effects::index_of<E>;
