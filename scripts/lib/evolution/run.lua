@@ -86,10 +86,8 @@ local function warn(world)
   local simulation = world.config.simulation
   local step = simulation.time_step
   if type(step) == "number" and step > world.first_step then
-    local harm = simulation.integrator == "xpbd" and "its springs get soft"
-      or "stiff bodies may diverge"
     world.say(("simulation.time_step = %.6g s is above the limit of %.6g s for a full body of %s:"
-      .. " %s"):format(step, world.first_step, world.first_step_material, harm))
+      .. " stiff bodies may diverge"):format(step, world.first_step, world.first_step_material))
   end
 end
 

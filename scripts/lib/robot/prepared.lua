@@ -61,8 +61,8 @@ end
 ---@field duration? number s, rounded up to whole samples of `record`
 ---@field settle? number s, rounded up to whole steps
 ---@field accuracy? "preview"|"evolve"|"publish"|"reference"
----@field integrator? "leapfrog"|"rk4"|"symplectic_euler"|"xpbd"
----@field precision? "compensated"|"double"|"mixed"|"single"
+---@field integrator? "leapfrog"|"rk4"|"symplectic_euler"
+---@field precision? "compensated"|"double"|"single"
 ---@field time_step? number|"auto" s
 ---@field bound? "springs"|"voxels" of an "auto" step
 ---@field bound_fraction? number of the body's bound, for "auto"

@@ -11,7 +11,7 @@ local suite = require("limax.test").suite "devices"
 local materials = engine.materials "paper"
 local begin = device_cases.begin
 local ALL = bodies.ALL
-local PRECISIONS = { "single", "compensated", "mixed", "double" }
+local PRECISIONS = { "single", "compensated", "double" }
 local INTEGRATORS = { "leapfrog", "symplectic_euler" }
 
 -- ---- close to the CPU ---------------------------------------------------------------------------

@@ -9,13 +9,12 @@ local suite = require("limax.test").suite "order of the integrators"
 local WEIGHTS = { phase = 0.3 }
 local CUBE = { voxels = "es\nbc\n\nse\ncs", weights = WEIGHTS }
 local HAIRPIN = { voxels = "eee\n\nb.b\n\ns.s", weights = WEIGHTS }
-local ORDERS = { symplectic_euler = 1, leapfrog = 2, rk4 = 4, xpbd = 1 }
+local ORDERS = { symplectic_euler = 1, leapfrog = 2, rk4 = 4 }
 
 -- Springs, dashpots and muscles move every body; `scene` is added. Contacts are soft and the whole
--- body is deep in them, so that what touches goes on touching. RK4 and XPBD refuse some effects.
+-- body is deep in them, so that what touches goes on touching. RK4 refuses some effects.
 local SOFT = { stiffness = 200, offset = 0.4, normal = { 0.1, 0.2, 1 } }
 local NOT_SMOOTH = { rk4 = "integrates smooth scenes only" }
-local NO_BLOCK = { rk4 = NOT_SMOOTH.rk4, xpbd = "has no place for a rigid solid" }
 local CASES = {
   springs = { scene = { damping = false, actuation = { frequency = 12, ramp = 0 } } },
   damping = {}, actuation = { scene = { actuation = { frequency = 20, ramp = 1 } } },
@@ -38,7 +37,7 @@ local CASES = {
   -- second order along a straight line; its direction is that of the slip half a step later
   friction = { velocity = { 3, 2, 0 }, refused = NOT_SMOOTH, orders = { leapfrog = 1 },
     scene = { planes = SOFT, friction = { kinetic = 0.3, static = 0.3 } } },
-  block = { refused = NO_BLOCK, scene = { block = { position = { -0.6, -1.4, -1.4 },
+  block = { refused = NOT_SMOOTH, scene = { block = { position = { -0.6, -1.4, -1.4 },
     size = { 1, 3, 3 }, mass = 50, stiffness = 200, spin = { 1, 2, 3 } } } },
   ["a scripted force"] = { scene = { own = { k = 20, turn = 2, push = 3,
     force = "f = cross(vec(0, 0, turn), v) - k * x + vec(0, push * sin(40 * t), 0);" } } },

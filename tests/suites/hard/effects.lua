@@ -137,7 +137,7 @@ case { name = "legs that clap do not pass through each other", run = function(c)
   c:at_most("gap without self-collision", gap(false), -0.02)
 end }
 
--- ---- a rigid block, which XPBD does not support ------------------------------------------------
+-- ---- a rigid block -----------------------------------------------------------------------------
 
 -- Fails if the energy of body and block rises by more than 1 % of the most that there was.
 local function check_block_energy(c, run)
@@ -151,7 +151,7 @@ local function check_block_energy(c, run)
   c:at_most("rise of the energy, of the most", rise / most, 1e-2)
 end
 
-case { name = "a block dropped on a body from 1 m", brief = true, cpu = true, xpbd = false,
+case { name = "a block dropped on a body from 1 m", brief = true, cpu = true,
   run = function(c)
     local size = { 0.3, 0.3, 0.3 }
     local run = c:run { lattice = { 4, 4, 2 }, duration = 4, energy = false,
@@ -168,7 +168,7 @@ case { name = "a block dropped on a body from 1 m", brief = true, cpu = true, xp
     for axis = 1, 3 do c:at_most("speed", math.abs(block.velocity[axis]), 1e-2) end
   end }
 
-case { row = 32, name = "a block of 100 kg on a soft body", brief = true, xpbd = false,
+case { row = 32, name = "a block of 100 kg on a soft body", brief = true,
   run = function(c)
     local run = c:run { lattice = { 3, 3, 3 }, voxels = "s", duration = 3, energy = false,
       materials = { s = { stiffness = 1e4, damping_ratio = 2 } },
@@ -182,7 +182,7 @@ case { row = 32, name = "a block of 100 kg on a soft body", brief = true, xpbd =
     c:at_least("upright block", run:outcome().block_upright, 1 - 1e-6)
   end }
 
-case { name = "a body that hits a block at 20 m/s", cpu = true, xpbd = false, run = function(c)
+case { name = "a body that hits a block at 20 m/s", cpu = true, run = function(c)
   local block_mass, speed = 5, 20
   local run = c:run { lattice = { 3, 3, 3 }, duration = 0.5, energy = false,
     velocity = { speed, 0, 0 }, may_diverge = { "stretch" }, record = { ledger = 1000 },

@@ -1,5 +1,4 @@
---- loads.lua: hard cases of bodies that carry loads. XPBD does not run them: a long step makes its
---- springs soft. SI units.
+--- loads.lua: hard cases of bodies that carry loads. SI units.
 
 local context = require "limax.tools.bench.hard_cases.context"
 local statics = require "limax.tools.bench.hard_cases.statics"
@@ -51,7 +50,7 @@ end
 
 for _, share in ipairs { 0.9, 1.1 } do
   case { row = 16, name = ("a column at %g of the load that buckles it"):format(share),
-    xpbd = false, brief = true, run = function(c)
+    brief = true, run = function(c)
       local gravity, push = share * critical_gravity(), 1e-4
       local pose = upright(gravity)
       local run = c:run { lattice = COLUMN.lattice, duration = share < 1 and 4 or 12,
@@ -74,7 +73,7 @@ for _, share in ipairs { 0.9, 1.1 } do
     end }
 end
 
-case { name = "a tower of 50 voxels under its own weight", brief = true, xpbd = false,
+case { name = "a tower of 50 voxels under its own weight", brief = true,
   run = function(c)
     -- starts at about its static pose: a layer's edges and diagonals carry what is above it
     local per_layer, layer_weight = (16 + 12 + 36 / 3) * 1e5, 16 * 0.1 * context.GRAVITY
@@ -106,7 +105,7 @@ case { name = "a load that crushes a column", run = function(c)
   if run.verdict == "holds" then c:at_most("height", select(2, run:extent(3)), 0.8) end
 end }
 
-case { row = 17, name = "tip of a cantilever", brief = true, xpbd = false, run = function(c)
+case { row = 17, name = "tip of a cantilever", brief = true, run = function(c)
   local lattice, stiffness, gravity = { 10, 1, 1 }, 1e4, 0.02
   local box = statics.box(lattice, EDGE)
   local function held(mass) return box.sites[mass][1] == 0 end

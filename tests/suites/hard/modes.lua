@@ -1,8 +1,8 @@
 --- modes.lua: hard cases of linear modes and of steps near their limit. The eight masses of one
 --- voxel of one material that stretch alike about their centre are an exact linear oscillator. The
 --- seven springs of a corner add up to -8 k s (x - centre) at a stretch s, so that
---- s'' = -w^2 s - gamma s', w^2 = 8 k / m and gamma = 8 c / m, c = 2 zeta sqrt(k m / 2). XPBD
---- solves springs one after another and follows no law of a mode. SI units.
+--- s'' = -w^2 s - gamma s', w^2 = 8 k / m and gamma = 8 c / m, c = 2 zeta sqrt(k m / 2). SI
+--- units.
 
 local ffi = require "ffi"
 
@@ -63,7 +63,7 @@ local function follow(c, spec, gamma, steps, allowed)
 end
 
 for _, fraction in ipairs { 0.02, 0.5, 0.99 } do
-  case { row = 4, name = ("an oscillator at %g of its limit"):format(fraction), xpbd = false,
+  case { row = 4, name = ("an oscillator at %g of its limit"):format(fraction),
     run = function(c)
       -- this share of 2 / w, as near as steps divide 50 ms
       local h = 0.05 / math.ceil(0.05 / (fraction * 2 / W) - 1e-9)
@@ -93,7 +93,7 @@ for _, fraction in ipairs { 0.02, 0.5, 0.99 } do
     end }
 end
 
-case { row = 5, name = "damped decay", xpbd = false, run = function(c)
+case { row = 5, name = "damped decay", run = function(c)
   local gamma, stretch = gamma_of(0.1), 0.05
   local function spec(h) return voxel(stretch, { time_step = h, scene = { damping = true } }) end
   follow(c, spec(2.5e-4), gamma, 200,
@@ -112,7 +112,7 @@ case { row = 5, name = "damped decay", xpbd = false, run = function(c)
     c.integrator == "leapfrog" and 4 or 2, { rtol = 0.1 })
 end }
 
-case { row = 6, name = "over-damped", xpbd = false, run = function(c)
+case { row = 6, name = "over-damped", run = function(c)
   local stretch = 0.05
   local spec = voxel(stretch, { scene = { damping = true }, bound_fraction = 0.1,
     materials = { b = { mass_per_site = MASS, stiffness = BONE, damping_ratio = 2 } } })
@@ -131,7 +131,7 @@ case { row = 6, name = "over-damped", xpbd = false, run = function(c)
     4 / (b + math.sqrt(b * b + 4 * a)), { rtol = 1e-6 })
 end }
 
-case { row = 7, name = "the shadow energy of a linear mode at 99 % of the bound", xpbd = false,
+case { row = 7, name = "the shadow energy of a linear mode at 99 % of the bound",
   run = function(c)
     -- what the integrator keeps in a linear body: leapfrog E - (h^2 / 8) sum m a^2, symplectic
     -- Euler E + (h / 2) sum F v
@@ -156,7 +156,7 @@ case { row = 7, name = "the shadow energy of a linear mode at 99 % of the bound"
     c:at_most("swing of the shadow energy", (most - least) / first, { double = 1e-9, fp32 = 1e-3 })
   end }
 
-case { row = 7, name = "99 % of the bound", brief = true, xpbd = false, run = function(c)
+case { row = 7, name = "99 % of the bound", brief = true, run = function(c)
   local steps = c.full and 1e6 or 5e3
   local spec = { lattice = { 5, 5, 5 }, scene = {}, bound_fraction = 0.99,
     record = { energy = 100 }, place = function(_, velocities)
@@ -180,7 +180,7 @@ case { row = 7, name = "99 % of the bound", brief = true, xpbd = false, run = fu
 end }
 
 for _, limit in ipairs { { 0.98 }, { 1.02, { "speed", "stretch", "nonfinite" } } } do
-  case { row = 8, name = ("%g of the true limit"):format(limit[1]), xpbd = false, run = function(c)
+  case { row = 8, name = ("%g of the true limit"):format(limit[1]), run = function(c)
     -- the stretch is the stiffest mode: its limit is w h = 2
     local h = 1e-3
     local run = c:run(voxel(1e-4, { time_step = h, diverges = limit[2], materials = { b = {
@@ -189,7 +189,7 @@ for _, limit in ipairs { { 0.98 }, { 1.02, { "speed", "stretch", "nonfinite" } }
   end }
 end
 
-case { row = 11, name = "springs of almost no length", xpbd = false, run = function(c)
+case { row = 11, name = "springs of almost no length", run = function(c)
   -- crushed to a thousandth, springs swing through the centre to the other side; after a period
   -- rounding decides, so that three quarters of one are compared
   follow(c, voxel(-0.999, { time_step = 2e-4 }), 0, 28, { double = 1e-9, fp32 = 1e-3 })

@@ -20,7 +20,6 @@ local function checkerboard(x, y, z) return (x + y + z) % 2 == 0 and "e" or "c" 
 
 for _, share in ipairs { 0.5, 1, 1.5 } do
   case { row = 33, name = ("driven at %g of its first mode"):format(share), smooth = true,
-    xpbd = false, -- its long steps damp motion
     run = function(c)
       local amplitude, zeta, frequency = 0.01, 0.1, share * MODE / (2 * math.pi)
       local run = c:prepare { lattice = { 1, 1, 1 }, voxels = "e", weights = { phase = 0 },

@@ -10,7 +10,7 @@ local function letter(k) return ("ecsb"):sub(k % 4 + 1, k % 4 + 1) end
 
 for _, ground in ipairs { false, true } do
   case { row = 49, name = "mirror symmetry " .. (ground and "on the ground" or "in the air"),
-    smooth = not ground, xpbd = false, -- its springs come in an order
+    smooth = not ground,
     run = function(c)
       -- materials and phases are their own mirror image at y = 0.2 m
       local positions = c:run({ lattice = { 4, 4, 2 }, duration = ground and 0.25 or 1,
@@ -102,7 +102,6 @@ case { row = 56, name = "a failure changes nothing that comes after it", run = f
 end }
 
 case { row = 57, name = "a walk on ice does not exploit the time step", brief = true,
-  xpbd = false, -- its bodies are stiffer at a tenth of the step, and half as fast
   run = function(c)
     local experiment = limax.experiment { lattice = { 3, 3, 3 }, fitness = "walk", seed = 57,
       genome = { sigma = 1 },

@@ -118,8 +118,7 @@ case { row = 44, name = "two separate pieces do not affect each other", run = fu
 end }
 
 case { row = 45, name = "a table on legs of one voxel",
-  -- its springs come in an order, whose mirror image is another
-  xpbd = false, run = function(c)
+  run = function(c)
     local function leg(x, y) return (x == 1 or x == 5) and (y == 1 or y == 5) end
     local run = c:run { lattice = { 5, 5, 4 }, scene = LAND, duration = 2,
       voxels = function(x, y, z) return (z == 4 or leg(x, y)) and "b" or "." end,
@@ -145,8 +144,8 @@ case { row = 47, name = "50x50x50 voxels, some of them holes", brief = true, run
   local outcome, held = run:outcome(), engine.bytes_held() - before
   c:same_bits("status", outcome.status, c.full and "done" or "running")
   c:at_least("springs", outcome.springs, 1e6)
-  -- at most 10 columns of doubles, two of springs' fields and what XPBD adds; and for each thread
-  -- of a CPU the scratch memory of a step, 6 columns
+  -- at most 10 columns of doubles and two of springs' fields; and for each thread of a CPU
+  -- the scratch memory of a step, 6 columns
   local threads = c.device:describe().threads or 1
   c:at_most("bytes of a site", held / 51 ^ 3, 450 + 50 * threads)
   c:at_most("speed", run:fastest(), 40)

@@ -31,7 +31,7 @@ suite:test("later", { skip = "no rock here" }, function() error "never" end)
     "ok   trial: threads [cpu, 1 thread]\n  ok   trial: threads [cpu, 2 threads]\n",
     "ok   trial: everywhere [cpu]\n       # cpu\n",
     "ok   trial: all [cpu, single, leapfrog, seed 3]",
-    "ok   trial: all [cpu, double, xpbd, seed 4]",
+    "ok   trial: all [cpu, double, symplectic_euler, seed 4]",
     "skip trial: impossible [cuda, rk4] (rk4 runs only on the cpu)",
     "skip trial: later (no rock here)")
   t:ok(output:find("ok   trial: everywhere [cuda]", 1, true)

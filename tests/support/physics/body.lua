@@ -7,11 +7,6 @@ local floor, max, sqrt = math.floor, math.max, math.sqrt
 
 local body = {}
 
--- The half-directions of springs, in their order.
-local DIRECTIONS = { "1 0 0", "0 1 0", "0 0 1", "1 1 0", "-1 1 0", "1 0 1", "-1 0 1", "0 1 1",
-  "0 -1 1", "1 1 1", "-1 1 1", "1 -1 1", "-1 -1 1" }
-local number_of = {}
-for number, name in ipairs(DIRECTIONS) do number_of[name] = number end
 local SIGN = { expanding = 1, contracting = -1, passive = 0 }
 
 -- The entry of a list under a name, made first.
@@ -74,11 +69,7 @@ local function average(made, edge, sharing)
     s.c = single(2 * s.zeta / s.n * sqrt(k * (near * far / (near + far))))
     s.k, s.a, s.b = single(k), single(s.L * (s.a / s.n)), single(s.L * (s.b / s.n))
     s.from.joined[s.to], s.to.joined[s.from] = true, true
-    -- the order of XPBD: by half-direction, those from even sites first
-    local axis = s.d[3] ~= 0 and 3 or s.d[2] ~= 0 and 2 or 1
-    s.rank = { number_of[table.concat(s.d, " ")], s.from.site[axis] % 2, s.i }
   end
-  table.sort(made.springs, function(a, b) return before(a.rank, b.rank) end)
 end
 
 --- The masses, springs and faces of a robot.

@@ -81,11 +81,10 @@ function contacts.of(scene)
   return all
 end
 
---- The push on a mass m, `ahead` seconds later, and its normal.
-function contacts.push(contact, m, x, p, ahead)
+--- The push on a mass m, and its normal.
+function contacts.push(contact, m, x, p)
   local d, normal = contact.surface(contact.g, x)
   local rate = dot(normal, p)
-  d = d - ahead * rate
   return d > 0 and max(0, contact.k * d - contact.unit_c * sqrt(m) * rate) or 0, normal
 end
 

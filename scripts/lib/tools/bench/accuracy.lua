@@ -6,7 +6,7 @@ local tiers = require "limax.settings.tiers"
 
 local accuracy = {}
 
-local LEAPFROG, EULER, XPBD = "leapfrog", "symplectic_euler", "xpbd"
+local LEAPFROG, EULER = "leapfrog", "symplectic_euler"
 
 -- Sizes in SI units. `reference`: step of the finest setting; `seconds`: wall time of one round of
 -- one setting; `set`: overrides of every experiment; `cases`: how many of walkers.CASES run under
@@ -20,18 +20,14 @@ local QUICK = { cases = 2, robots = 16, generations = 6, reference = 1e-5, secon
     { LEAPFROG, "compensated", 1e-4 }, { LEAPFROG, "single", 2e-4 },
     { LEAPFROG, "single", 5e-5 }, { EULER, "compensated", 1e-3 },
     { EULER, "compensated", 5e-4 }, { EULER, "compensated", 2e-4 },
-    { EULER, "compensated", 5e-5 }, { XPBD, "compensated", 1e-3 },
-    { XPBD, "compensated", 2e-4 },
+    { EULER, "compensated", 5e-5 },
   }) }
 
--- Every integrator for bodies on the ground, every precision, five steps; XPBD in one precision.
+-- Every integrator for bodies on the ground, every precision, five steps.
 local function all_settings()
   local list = {}
-  for _, time_step in ipairs { 2e-3, 1e-3, 5e-4, 2e-4, 1e-4 } do
-    list[#list + 1] = { XPBD, "compensated", time_step }
-  end
   for _, integrator in ipairs { LEAPFROG, EULER } do
-    for _, precision in ipairs { "single", "compensated", "mixed", "double" } do
+    for _, precision in ipairs { "single", "compensated", "double" } do
       for _, time_step in ipairs { 1e-3, 5e-4, 2e-4, 1e-4, 5e-5 } do
         list[#list + 1] = { integrator, precision, time_step }
       end
@@ -43,8 +39,8 @@ end
 local FULL = { cases = 4, robots = 48, generations = 15, reference = 5e-6, seconds = 0.2,
   set = { "record={}" }, settings = ranking.settings(tiers.NAMES, all_settings()),
   -- some fitnesses read what their scripts record
-  rest = { set = {}, reference = 1e-5, settings = ranking.settings({ "preview", "evolve",
-    "publish" }, { { XPBD, "compensated", 1e-3 } }) } }
+  rest = { set = {}, reference = 1e-5,
+    settings = ranking.settings({ "preview", "evolve", "publish" }, {}) } }
 
 --- Ranks robots under each setting, prints a table, and stores what was measured of the tiers for
 --- `limax run` and `limax doctor`.

@@ -11,7 +11,7 @@ local terminal = require "limax.base.terminal"
 local gpu = {}
 
 local ROUNDS = 2
-local PRECISIONS = { "single", "compensated", "mixed", "double" }
+local PRECISIONS = { "single", "compensated", "double" }
 -- 132 is one robot for each multiprocessor of an H200
 local POPULATIONS = { 1, 30, 132, 264, 1056, 4224, 16384 }
 -- voxels along each axis, and robots that fill a large GPU

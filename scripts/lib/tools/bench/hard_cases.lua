@@ -16,22 +16,19 @@ local hard_cases = {}
 ---@field name string
 ---@field run fun(c: limax.hard_cases.context) raises if a check fails
 ---@field smooth boolean|nil no contact: RK4 runs it too
----@field xpbd false|nil XPBD does not run it; a comment explains why
 ---@field brief boolean|nil slow: runs in few combinations, in all of them with --full
 ---@field cpu boolean|nil needs the CPU
 ---@field kind string name of its file
 
 -- For slow cases and GPUs, which compile a kernel for each combination.
-local FEW = { ["leapfrog compensated"] = true, ["symplectic_euler double"] = true,
-  ["xpbd single"] = true }
+local FEW = { ["leapfrog compensated"] = true, ["symplectic_euler double"] = true }
 -- For `limax test`: every precision and every integrator; `limax bench stability` runs every pair.
 local SOME = { ["leapfrog single"] = true, ["leapfrog compensated"] = true,
-  ["leapfrog mixed"] = true, ["leapfrog double"] = true, ["symplectic_euler single"] = true,
-  ["symplectic_euler double"] = true, ["rk4 double"] = true, ["xpbd compensated"] = true }
+  ["leapfrog double"] = true, ["symplectic_euler single"] = true,
+  ["symplectic_euler double"] = true, ["rk4 double"] = true }
 
 local function able(case, integrator, kind)
   if integrator == "rk4" then return kind == "cpu" and case.smooth end
-  if integrator == "xpbd" then return kind == "cpu" and case.xpbd ~= false end
   return kind == "cpu" or not case.cpu
 end
 

@@ -11,7 +11,7 @@ local COLUMNS = { "row", "kind", "case", "device", "integrator", "precision", "s
   "seconds" }
 local LEGEND = "ok: its checks hold; reported: it diverges, as expected, and is reported; FAIL: "
   .. "neither.\nSlow cases run in few combinations without --full; RK4 runs scenes without contact;"
-  .. " XPBD and\nGPUs do not run every case"
+  .. " GPUs do\nnot run every case"
 
 -- Runs one case on one device and prints its line and failures; adds its rows and verdicts.
 local function run_case(case, device, how, width, rows, verdicts)

@@ -10,7 +10,7 @@ local terminal = require "limax.base.terminal"
 
 local throughput = {}
 
-local PRECISIONS = { "single", "compensated", "mixed", "double" }
+local PRECISIONS = { "single", "compensated", "double" }
 local FIVE = { 5, 5, 5 }
 local ROUNDS = 5
 
@@ -91,9 +91,8 @@ local function on_cpu(how)
   local function ratio(row, other) return row.springs_per_second / other.springs_per_second end
   for _, row in ipairs(rows) do row.relative_to_default = ratio(row, default) end
   how.say("\n" .. terminal.rows(TABLE, rows, terminal.style {}) .. "\n")
-  how.say(("of symplectic Euler single: the default (leapfrog, compensated) %.2f, mixed %.2f, "
-    .. "double %.2f"):format(ratio(default, plain.single), ratio(plain.mixed, plain.single),
-    ratio(plain.double, plain.single)))
+  how.say(("of symplectic Euler single: the default (leapfrog, compensated) %.2f, double %.2f")
+    :format(ratio(default, plain.single), ratio(plain.double, plain.single)))
   how.say(("%d threads against one, %d robots each: %.2f"):format(how.device.threads, robots,
     ratio(on_all, on_one)))
   return { rows = rows, columns = { "integrator", "precision", "effects", "threads", "robots",

@@ -86,8 +86,8 @@ local function described()
     row("mutation", PIECE .. "(robots)"), row("crossover", PIECE .. "(robots)"))
   local simulation = list_of("simulation",
     row("accuracy", "a tier: preview, evolve, publish or reference"),
-    row("integrator", table.concat(defaults.integrators, ", ") .. "; rk4 and xpbd on the CPU, rk4"
-      .. " without contact, friction, self-collision, drag and block, xpbd without block"),
+    row("integrator", table.concat(defaults.integrators, ", ") .. "; rk4 on the CPU, without"
+      .. " contact, friction, self-collision, drag and block"),
     row("precision", table.concat(defaults.precisions, ", ")
       .. "; of the state and forces: masses and springs are rounded to fp32 in each"),
     row("bound", "how an automatic step is bounded: springs one by one, or voxels, whose springs"

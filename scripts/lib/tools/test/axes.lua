@@ -28,7 +28,7 @@ axes.list = {
 }
 
 -- Integrators that run only on the CPU (scripts/EXTENDING.md, "How exact it is").
-local CPU_ONLY = { rk4 = true, xpbd = true }
+local CPU_ONLY = { rk4 = true }
 
 local function checked(axis, value)
   if value == nil then return nil end

@@ -19,8 +19,7 @@ local ranking = {}
 local ELITES = 0.3
 
 -- Names for people.
-local LABELS = { symplectic_euler = "symplectic Euler", leapfrog = "leapfrog", rk4 = "RK4",
-  xpbd = "XPBD" }
+local LABELS = { symplectic_euler = "symplectic Euler", leapfrog = "leapfrog", rk4 = "RK4" }
 
 -- The paper names no integrator and no precision; its step is 1e-5 s.
 local PAPER = { integrator = "symplectic_euler", precision = "single", time_step = 1e-5 }
