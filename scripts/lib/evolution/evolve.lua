@@ -103,12 +103,14 @@ end
 ---@param robots limax.population.scored
 ---@return limax.population.scored|nil the next one; nil after the last
 function evolve.next(run, robots)
+  local is_restored = robots.entry ~= nil
   evolve.record(run, robots)
   if run.session then record.write(run, robots) end -- on disk before a model is asked
   local upcoming
   -- written while a GPU steps the next one, and whatever breeding raises
   failure.finally(function() record.write(run, robots) end,
     function() upcoming = breed(run, robots) end)
+  if not is_restored then run:check_variables() end
   return upcoming
 end
 

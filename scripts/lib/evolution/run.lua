@@ -3,10 +3,12 @@
 
 local budget = require "limax.experiment.budget"
 local exchange = require "limax.base.exchange"
+local own_variables = require "limax.experiment.own_variables"
 local record = require "limax.evolution.record"
 local resume = require "limax.run.resume"
 local run_folder = require "limax.run.folder"
 local schema = require "limax.engine.schema"
+local source = require "limax.base.source"
 local strict = require "limax.engine.strict"
 local supervision = require "limax.supervise.supervision"
 local worlds = require "limax.evolution.world"
@@ -114,7 +116,8 @@ function run.new(experiment, options)
   local self = setmetatable({ experiment = experiment, config = world.config,
     repetition = world.repetition, world = world, history = {}, packed = {}, evaluations = 0,
     folder = folder, owns_folder = options.out ~= nil, on_generation = options.on_generation,
-    live_prompts = options.live_prompts }, Run)
+    live_prompts = options.live_prompts,
+    variables = experiment.warned and {} or own_variables.list(experiment.spec) }, Run)
   self.entries = record.entries(self)
   warn(world)
   if comparison then say_complete(world, folder) end
@@ -125,6 +128,15 @@ end
 ---@param text string
 ---@param key? string what makes two texts the same; the whole text if left out
 function Run:say(text, key) self.world.say(text, key) end
+
+--- Warns after the first generation if functions of the experiment keep results in variables.
+function Run:check_variables()
+  local experiment = self.experiment
+  local note = own_variables.note(self.variables,
+    experiment.origin and source.folder_of(experiment.origin))
+  self.variables = {}
+  if note then self:say(note, "variables") end
+end
 
 --- Ends a run that has no further generation. One that made its own folder is done there.
 function Run:close()

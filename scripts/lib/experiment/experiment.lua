@@ -10,7 +10,6 @@ local island_rules = require "limax.settings.island_rules"
 local ledger = require "limax.supervise.ledger"
 local named_parts = require "limax.experiment.named_parts"
 local overrides = require "limax.experiment.overrides"
-local own_variables = require "limax.experiment.own_variables"
 local plausible = require "limax.settings.plausible"
 local scenes = require "limax.scenes"
 local schema = require "limax.engine.schema"
@@ -288,7 +287,6 @@ local function resolve(spec, origin)
   config.fitness = source.describe(spec.fitness, base)
   config.selection = source.describe(parts.selection_named, base)
   for _, note in ipairs(plausible.breeding_notes(config)) do notes[#notes + 1] = note end
-  notes[#notes + 1] = own_variables.note(spec, base)
   notes[#notes + 1] = island_rules.note(config)
   config.supervisor = source.describe(spec.supervisor or defaults.supervisor, base)
   config.survival = spec.survival ~= defaults.survival and source.describe(spec.survival, base)

@@ -1,77 +1,73 @@
---- own_variables.lua: an experiment whose functions keep results in variables of the script is
---- noted before the run, and again when it continues; one that keeps none is not.
+--- own_variables.lua: a run warns once, after its first generation, of functions that keep results
+--- in variables of the script, and again when it continues.
 
 local evolution = require "support.evolution"
 local limax = require "limax"
 
 local suite = require("limax.test").suite "own variables"
 
-local archive, seen, count, nested, best = {}, {}, 0, { cells = {} }, nil
-local insert, floor, CONSTANT = table.insert, math.floor, { 2, x = 1 }
+local archive, seen, count, best = {}, {}, 0, nil
+local insert, CONSTANT = table.insert, { 2, x = 1 }
 local function add(list, value) list[#list + 1] = value end
 local function tally(value) count = count + value end
-local function twice(call) return call(1), call(2) end
-function nested:put(value) self.last = value end
 
-local function note_of(fields)
-  fields.fitness = fields.fitness or "walk"
-  return table.concat(limax.experiment(fields).notes, "\n")
+-- The notes on variables of a run.
+local function notes_of(fields, options)
+  local notes = {}
+  options = options or {}
+  function options.say(text) if text:find "variables" then insert(notes, text) end end
+  fields.simulation = { duration = 0.2, settle = 0.05, accuracy = "preview" }
+  limax.start(evolution.small(fields), options):finish()
+  return notes
 end
 
 for name, case in pairs {
-  ["assigned"] = { "best", function(robot) best = robot; return best end },
-  ["appended to"] = { "archive", function(robot) archive[#archive + 1] = robot.id end },
-  ["passed to table.insert"] = { "archive", function(robot) insert(archive, robot.id) end },
-  ["written by a function that it calls"] = { "count", function(robot) return tally(robot.id) end },
-  ["passed to a function that writes"] = { "seen", function(robot) add(seen, robot.id) end },
-  ["written in a closure"] = { "seen", function(robot)
-    twice(function(k) seen[k] = robot.id end)
+  ["assigned"] = { "best", function(robot) best = robot; return best:distance() end },
+  ["a new entry"] = { "archive", function(robot) add(archive, robot); return robot:distance() end },
+  ["a changed entry"] = { "seen", function(robot) seen.last = robot; return robot:distance() end },
+  ["assigned by a function that it calls"] = { "count", function(robot)
+    tally(1)
+    return robot:distance()
   end },
-  ["a table within a table"] = { "nested", function(robot)
-    local cells = nested.cells
-    if robot then cells.x = robot.id end
-  end },
-  ["written by its method"] = { "nested", function(robot) nested:put(robot.id) end },
 } do
   suite:test("a variable is noted: " .. name, function(t)
-    local note = note_of { fitness = case[2] }
-    t:ok(note:find("fitness %(own_variables.lua:%d+%) keeps results in `" .. case[1] .. "`: "),
-      note)
-    t:ok(note:find("use state = function() return { " .. case[1], 1, true), note)
+    local notes = notes_of { generations = 2, fitness = case[2] }
+    t:equal(#notes, 1)
+    t:ok(notes[1]:find("fitness %(own_variables.lua:%d+%) keeps results in `" .. case[1] .. "`: "),
+      notes[1])
+    t:ok(notes[1]:find("use state = function() return { " .. case[1], 1, true), notes[1])
   end)
 end
 
 suite:test("variables that are only read, locals and the state are not noted", function(t)
-  local note = note_of {
+  t:equal(notes_of { generations = 2,
     state = function() return { list = {}, count = 0 } end,
     fitness = function(robot, state)
-      local copy = robot and {} or { archive }
-      for k, each in ipairs(archive) do copy[k] = floor(each) + CONSTANT.x + count end
+      local copy = { CONSTANT.x + count, best, #seen }
+      for k, each in ipairs(archive) do copy[k] = each end
       add(copy, robot.id)
-      twice(function(k) copy[k] = k end)
-      insert(state.list, archive[1])
+      insert(state.list, robot.id)
       state.count = state.count + #copy
-      return state.count, { best = best, seen = #seen }
+      return robot:distance()
     end,
     selection = limax.selection.get { "tournament", size = 2 }, survival = { "plus" },
-  }
-  t:equal(note, "")
+  }, {})
 end)
 
 suite:test("one note names all functions, and resume repeats it", function(t)
   local function spec(generations)
-    return evolution.small { generations = generations, scene = { gravity = true },
+    return { generations = generations, scene = { gravity = true },
       fitness = function(robot) tally(1); return robot:distance() end,
       selection = function(population) best = population; return 1, 1 end }
   end
   count = 0
-  local notes, folder = {}, t:folder() .. "/r"
-  for k, generations in ipairs { 1, 2 } do
-    limax.start(spec(generations), { out = folder, resume = true, changed = true,
-      say = function(text) if text:find "variables" then notes[k] = text end end }):finish()
-  end
+  local folder = t:folder() .. "/r"
+  local notes = notes_of(spec(2), { out = folder })
   t:ok(notes[1]:find("^fitness %(own_variables.lua:%d+%) keeps results in `count`, "
     .. "selection %(own_variables.lua:%d+%) in `best`: variables of a script are lost"), notes[1])
-  t:ok(notes[2]:find("lost when a run continues; use state = function() return { count = 6 } end",
-    1, true), notes[2])
+  t:ok(notes[1]:find("lost when a run continues; use state = function() return { count = 0 } end",
+    1, true), notes[1])
+  count = 5
+  notes = notes_of(spec(3), { out = folder, resume = true, changed = true })
+  t:ok(notes[1]:find("use state = function() return { count = 5 } end", 1, true), notes[1])
 end)
