@@ -11,6 +11,7 @@ local fields = require "limax.engine.fields"
 local object = require "limax.engine.object"
 local schema = require "limax.engine.schema"
 local scripted_effect = require "limax.engine.scripted_effect"
+local suggest = require "limax.engine.suggest"
 
 local C = abi.C
 local class = object.class("scene", "scene")
@@ -139,7 +140,8 @@ local function scene(entries)
   end
   for _, name in ipairs(scripted) do known[name] = true end
   schema.known(entries, known, "scene", function(name)
-    return type(entries[name]) == "table" and '; a force of your own has a text, force = "f = ...;"'
+    return type(entries[name]) == "table" and suggest.ending(name, schema.names(known, "scene"))
+      .. '; a force of your own has a text, force = "f = ...;"'
   end)
   table.sort(scripted)
   local self = object.make(class, nil, C.limax_scene_create, { resolved = {} })

@@ -12,14 +12,14 @@ local schema = {}
 --- field in messages. Most rules take nil as "absent" and return their default.
 ---@alias schema.rule fun(value: any, path: string): any, string|nil
 
--- Stands for nil where a value is required, so that rules refuse it.
-local absent = newproxy()
+-- Stand for nil where a value is required, so that rules refuse it.
+local absent, missing = newproxy(), newproxy()
 
 --- A value as messages show it: short, on one line.
 ---@param value any
 ---@return string
 function schema.show(value)
-  if value == absent then return "nil" end
+  if value == absent or value == missing then return "nil" end
   if value == host.json.null then return "null" end
   if type(value) == "string" then
     local text = #value > 40 and value:sub(1, 37) .. "..." or value
@@ -37,6 +37,7 @@ end
 
 -- `nil, message` about a value; of a list with a wrong number of entries `count` is shown.
 local function refused(path, expected, value, count)
+  if value == missing then return nil, ("%s: is missing; expected %s"):format(path, expected) end
   return nil, ("%s: expected %s, got %s"):format(path, expected,
     count and ("%d entries"):format(count) or schema.show(value))
 end
@@ -72,9 +73,8 @@ end
 function schema.required(rule)
   return function(value, path)
     if value ~= nil then return rule(value, path) end
-    local _, message = rule(absent, path)
-    local expected = (message or ""):match ": (expected .*), got nil"
-    return nil, ("%s: is missing%s"):format(path, expected and "; " .. expected or "")
+    local _, message = rule(missing, path)
+    return nil, message or path .. ": is missing"
   end
 end
 
@@ -320,11 +320,11 @@ function schema.names(value, path)
 end
 
 -- The message about the first name of `names` that is not a key of `fields`.
-local function unknown(names, fields, path, hint)
+local function unknown(names, fields, path, ending)
   for _, name in ipairs(names) do
     if fields[name] == nil then
-      return ("%s%s: unknown field%s%s"):format(path == "" and "" or path .. ".", name,
-        suggest.ending(name, schema.names(fields, path)), hint and hint(name) or "")
+      return ("%s%s: unknown field%s"):format(path == "" and "" or path .. ".", name,
+        ending and ending(name) or suggest.ending(name, schema.names(fields, path)))
     end
   end
 end
@@ -333,11 +333,12 @@ end
 ---@param value table
 ---@param fields table<string, any>
 ---@param path string
----@param hint? fun(name: string): string|nil the end of the message about an unknown name
+---@param ending? fun(name: string): string|nil ends the message about an unknown name instead of a
+--- suggestion
 ---@return string[] names sorted
-function schema.known(value, fields, path, hint)
+function schema.known(value, fields, path, ending)
   local names, message = schema.names(value, path)
-  message = message or unknown(names, fields, path, hint)
+  message = message or unknown(names, fields, path, ending)
   if message then fault.raise(message) end
   return names
 end
@@ -345,8 +346,9 @@ end
 --- A table of named fields, each with its rule; absent: as if empty. Unknown names are refused with
 --- a suggestion.
 ---@param fields table<string, schema.rule>
+---@param ending? fun(name: string): string|nil ends the message about an unknown name instead
 ---@return schema.rule
-function schema.fields(fields)
+function schema.fields(fields, ending)
   local known = schema.names(fields, "")
   return function(value, path)
     if value == nil then value = {} end
@@ -354,7 +356,7 @@ function schema.fields(fields)
     if type(value) ~= "table" then return refused(title, "a table", value) end
     local prefix = path == "" and "" or path .. "."
     local names, message = schema.names(value, title)
-    message = message or unknown(names, fields, path)
+    message = message or unknown(names, fields, path, ending)
     if message then return nil, message end
     local result = {}
     for _, name in ipairs(known) do

@@ -5,13 +5,13 @@ local encodings = require "limax.encoding"
 local engine = require "limax.engine"
 local exchange = require "limax.base.exchange"
 local failure = require "limax.base.failure"
-local fault = require "limax.engine.fault"
 local full_body = require "limax.robot.full_body"
 local ledger = require "limax.supervise.ledger"
 local materials = require "limax.evolution.materials"
 local output = require "limax.base.output"
 local rows = require "limax.robot.rows"
 local settings = require "limax.settings.settings"
+local source = require "limax.base.source"
 local state = require "limax.run.state"
 
 ---@class limax.world
@@ -57,12 +57,18 @@ local function print_warning(text) output.warn(text, "\n") end
 local function least_bound(self, common)
   local least, name = math.huge, ""
   for k, trial in ipairs(self.trials(0)) do
-    local ok, bound, material = failure.attempt(full_body.bound, self.config.lattice,
-      trial.engine_materials or common, trial.engine_scene, trial.options, self.device)
-    if not ok and self.config.trials and fault.is(bound) and bound.text:find "record%." then
-      failure.raise(2, ("trials[%d]: %s; a trial's own record = { contact = 0 } leaves out a trace")
-        :format(k, bound.text))
-    elseif not ok then
+    local function attempt(options)
+      return failure.attempt(full_body.bound, self.config.lattice,
+        trial.engine_materials or common, trial.engine_scene, options, self.device)
+    end
+    local ok, bound, material = attempt(trial.options)
+    if not ok then
+      local without_traces = source.copy(trial.options)
+      without_traces.record = {}
+      if self.config.trials and attempt(without_traces) then
+        failure.raise(2, ("trials[%d]: %s; a trial's own record = { contact = 0 } leaves out a"
+          .. " trace"):format(k, bound.text))
+      end
       failure.raise_again(bound, material)
     end
     if bound < least then least, name = bound, material end

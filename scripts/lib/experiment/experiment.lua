@@ -87,8 +87,8 @@ local function with(rules, more)
   return schema.fields(rules)
 end
 
--- Checked later, by the part of the library that it names.
-local function anything(value) return value end
+-- of fields that are checked later, by the part of the library that they name
+local anything = schema.any
 
 -- An experiment may narrow the ranges of proposals: `ranges = { mutation_rate = { 0.01, 0.2 } }`.
 local function ranges(value, path)
@@ -120,10 +120,29 @@ for name, rule in pairs(require("limax.engine.encoding").genome_rules) do
   genome_fields[name] = rule
 end
 
+-- Ends the message about a name that is not a field of an experiment: the place where it belongs.
+local function place_of(name)
+  for _, group in ipairs { "breeding", "genome", "simulation", "supervision", "islands" } do
+    if fields[group] and fields[group][name] then
+      return ("; it belongs in %s = { %s = ... }"):format(group, name)
+    end
+  end
+  for _, effect in ipairs(engine.effects()) do
+    if effect.name == name then return ("; it belongs in scene = { %s = ... }"):format(name) end
+  end
+  if genome_fields[name] then return ("; it belongs in genome = { %s = ... }"):format(name) end
+  if name == "descriptors" then
+    return '; it belongs in archive = { "grid", descriptors = ... }'
+  end
+  if name == "device" or name == "threads" then
+    return ("; it is an option of limax run: --%s"):format(name)
+  end
+end
+
 local texts = schema.list(schema.required(schema.string), { expected = "a list of texts" })
 
 local five = fields.experiment.lattice.value
-local rules = schema.fields {
+local rules = schema.fields({
   name = schema.text("[%w][%w_%-%.]*", "a name of letters, digits and _ - ."),
   lattice = settings.lattice { five, five, five },
   materials = anything,
@@ -149,7 +168,7 @@ local rules = schema.fields {
   supervisor = anything,
   supervision = with(rules_of(fields.supervision), { ranges = ranges }),
   not_in_paper = texts,
-}
+}, place_of)
 
 -- ---- resolution ---------------------------------------------------------------------------------
 
@@ -168,25 +187,6 @@ local function plain_scene(effects)
       .. " limax.scenes.%s()"):format(schema.show(effects), name))
   end
   return plain(engine.scene(effects))
-end
-
--- Where a name belongs that is no field of an experiment; nil for one that belongs nowhere.
-local function place_of(name)
-  for _, group in ipairs { "breeding", "genome", "simulation", "supervision", "islands" } do
-    if fields[group] and fields[group][name] then
-      return ("it belongs in %s = { %s = ... }"):format(group, name)
-    end
-  end
-  for _, effect in ipairs(engine.effects()) do
-    if effect.name == name then return ("it belongs in scene = { %s = ... }"):format(name) end
-  end
-  if genome_fields[name] then return ("it belongs in genome = { %s = ... }"):format(name) end
-  if name == "descriptors" then
-    return 'it belongs in archive = { "grid", descriptors = ... }'
-  end
-  if name == "device" or name == "threads" then
-    return ("it is an option of limax run: --%s"):format(name)
-  end
 end
 
 -- The table of the materials that an experiment names; a file may lie beside it.
@@ -224,87 +224,127 @@ local function named_scripts(spec, base)
   return list
 end
 
--- Makes an experiment of a script's table; `nil, message` for the first error.
-local function resolve(spec, origin)
+local function add_notes(self, notes)
+  for _, note in ipairs(notes) do table.insert(self.notes, note) end
+end
+
+-- The steps of `resolve`. Each returns a message if something is wrong.
+
+local function check_fields(self)
+  local spec = self.spec
   if type(spec) ~= "table" then
-    return nil, "limax.experiment: expected a table, got " .. schema.show(spec)
+    return "limax.experiment: expected a table, got " .. schema.show(spec)
   end
   local config, message = rules(spec, "")
-  if not config then
-    local name = message:match "^([%w_]+): unknown field"
-    local place = name and place_of(name)
-    return nil, place and ("%s: unknown field; %s"):format(name, place) or message
-  end
+  if not config then return message end
   if spec.fitness == nil then
-    return nil, 'fitness: expected a name (such as "walk"), a table or a function;'
-      .. " it is the one field without a default"
+    return 'fitness: expected a name (such as "walk"), a table or a function; it is the one field'
+      .. " without a default"
   end
   if config.evaluations and config.evaluations < config.population then
-    return nil, ("evaluations: expected at least one population, %d robots, got %d"):format(
+    return ("evaluations: expected at least one population, %d robots, got %d"):format(
       config.population, config.evaluations)
   end
-  local parts
-  local read = readers(origin)
-  config.materials, message = read.materials(spec.materials)
-  if message then return nil, message end
-  config.scene, message = read.scene(spec.scene == nil and defaults.scene or spec.scene)
-  if message then return nil, message end
-  parts, message = named_parts.of(spec)
-  message = message or island_rules.problem(config, parts)
-  if message then return nil, message end
+  self.config = config
+end
 
-  local kept = config.record.population
-  config.record.population, config.record_population = nil, kept ~= "all" and kept or nil
-  if kept == "best" and spec.archive ~= nil then
-    return nil, 'record.population: "best" keeps no genomes of the robots in an archive; expected'
-      .. ' "all"'
-  end
-  if spec.record == nil or kept and next(spec.record, next(spec.record)) == nil then
-    for kind, rate in pairs(defaults.record) do config.record[kind] = rate end
-  end
-  -- what a fitness of the library reads is recorded unless the script sets another rate
-  local reading = { parts.fitness }
-  local measured = parts.measured or {}
+local function read_world(self)
+  local spec, message = self.spec
+  self.config.materials, message = self.read.materials(spec.materials)
+  if message then return message end
+  self.config.scene, message =
+    self.read.scene(spec.scene == nil and defaults.scene or spec.scene)
+  return message
+end
+
+local function find_parts(self)
+  local parts, message = named_parts.of(self.spec)
+  self.parts = parts
+  return message or island_rules.problem(self.config, parts)
+end
+
+-- Records what fitness, archive and survival of the library read, unless the script sets a rate.
+local function record_for_measures(record, parts)
+  local measured, readers_of = parts.measured or {}, { parts.fitness }
   for _, list in ipairs { measured.descriptors or {}, measured.objectives or {} } do
-    for _, measure in ipairs(list) do reading[#reading + 1] = measure end
+    for _, measure in ipairs(list) do readers_of[#readers_of + 1] = measure end
   end
-  for _, reader in ipairs(reading) do
+  for _, reader in ipairs(readers_of) do
     for kind, rate in pairs(reader.record) do
-      if config.record[kind] == 0 then config.record[kind] = rate end
+      if record[kind] == 0 then record[kind] = rate end
     end
   end
-  local notes = settings.finish(config.simulation, config.record)
-  local base = origin and source.folder_of(origin)
-  parts.trials, message = trials.get(spec.trials, config, read, base)
-  if message then return nil, message end
-  for _, note in ipairs(parts.trials.notes) do notes[#notes + 1] = note end
-  local encoding, steps
-  encoding, message, steps = named_parts.genome(config, spec, base)
-  if message then return nil, message end
-  for _, note in ipairs(named_parts.unused(spec, parts, steps)) do notes[#notes + 1] = note end
+end
+
+local function complete_record(self)
+  local config, spec = self.config, self.spec
+  local record, kept = config.record, config.record.population
+  record.population, config.record_population = nil, kept ~= "all" and kept or nil
+  if kept == "best" and spec.archive ~= nil then
+    return 'record.population: "best" keeps no genomes of the robots in an archive; expected "all"'
+  end
+  local sets_no_rate = spec.record == nil or kept and next(spec.record, next(spec.record)) == nil
+  for kind, rate in pairs(sets_no_rate and defaults.record or {}) do record[kind] = rate end
+  record_for_measures(record, self.parts)
+  add_notes(self, settings.finish(config.simulation, record))
+end
+
+local function complete_trials(self)
+  local message
+  self.trials, message = trials.get(self.spec.trials, self.config, self.read, self.base)
+  if message then return message end
+  add_notes(self, self.trials.notes)
+end
+
+local function complete_genome(self)
+  local message
+  self.encoding, message, self.variation = named_parts.genome(self.config, self.spec, self.base)
+  if message then return message end
+  add_notes(self, named_parts.unused(self.spec, self.parts, self.variation))
+end
+
+-- Describes what the script named, for config.json.
+local function describe_parts(self)
+  local config, spec, parts, base = self.config, self.spec, self.parts, self.base
   config.schema = "limax.config/1"
-  config.name = config.name or default_name(spec, origin)
+  config.name = config.name or default_name(spec, self.origin)
   config.fitness = source.describe(spec.fitness, base)
   config.selection = source.describe(parts.selection_named, base)
-  for _, note in ipairs(plausible.breeding_notes(config)) do notes[#notes + 1] = note end
-  notes[#notes + 1] = island_rules.note(config)
   config.supervisor = source.describe(spec.supervisor or defaults.supervisor, base)
   config.survival = spec.survival ~= defaults.survival and source.describe(spec.survival, base)
     or nil
   config.archive = source.describe(spec.archive, base)
+  config.state = spec.state and source.describe(spec.state, base)
+  config.trials = self.trials.config
+end
+
+local function check_together(self)
+  local config, parts = self.config, self.parts
+  add_notes(self, plausible.breeding_notes(config))
+  add_notes(self, { island_rules.note(config) })
   if config.islands and parts.survival.name == "map_elites" then
     parts.archive.islands = config.islands.count
   end
-  config.state = spec.state and source.describe(spec.state, base)
-  config.trials = parts.trials.config
   local unfit = parts.supervisor.unfit and parts.supervisor.unfit(config)
-  if unfit then return nil, ("supervisor %q: %s"):format(parts.supervisor.name, unfit) end
+  return unfit and ("supervisor %q: %s"):format(parts.supervisor.name, unfit)
+end
 
-  return setmetatable({ [FIELDS] = { config = config, spec = spec, origin = origin, notes = notes,
-    fitness = parts.fitness, selection = parts.selection, supervisor = parts.supervisor,
-    survival = parts.survival, archive = parts.archive, measured = parts.measured,
-    state = parts.state, encoding = encoding, variation = steps, trials = parts.trials,
-    scripts = source.scripts(origin, spec, named_scripts(spec, base)) } }, Experiment)
+-- Makes an experiment of a script's table; `nil, message` for the first error.
+local function resolve(spec, origin)
+  local self = { spec = spec, origin = origin, notes = {}, read = readers(origin),
+    base = origin and source.folder_of(origin) }
+  for _, step in ipairs { check_fields, read_world, find_parts, complete_record, complete_trials,
+    complete_genome, describe_parts, check_together } do
+    local message = step(self)
+    if message then return nil, message end
+  end
+  local parts = self.parts
+  return setmetatable({ [FIELDS] = { config = self.config, spec = spec, origin = origin,
+    notes = self.notes, fitness = parts.fitness, selection = parts.selection,
+    supervisor = parts.supervisor, survival = parts.survival, archive = parts.archive,
+    measured = parts.measured, state = parts.state, encoding = self.encoding,
+    variation = self.variation, trials = self.trials,
+    scripts = source.scripts(origin, spec, named_scripts(spec, self.base)) } }, Experiment)
 end
 
 -- ---- the module ---------------------------------------------------------------------------------

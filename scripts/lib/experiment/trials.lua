@@ -30,7 +30,11 @@ local STREAM, INDIVIDUAL = "user", 2 ^ 32 - 1
 
 local rules = { scene = schema.any, materials = schema.any }
 for name, rule in pairs(settings.of_trial) do rules[name] = rule end
-local check_fields = schema.fields(rules)
+local check_fields = schema.fields(rules, function(name)
+  for _, effect in ipairs(engine.effects()) do
+    if effect.name == name then return "; effects belong in scene = { ... }" end
+  end
+end)
 local EXAMPLE = "{ { scene = limax.scenes.land() }, { scene = limax.scenes.stairs() } }"
 
 -- Bodies refer to materials by their places in the table.
@@ -52,13 +56,7 @@ local function entry_of(value, path, config, read)
       path, schema.show(value))
   end
   local entry, message = check_fields(value, path)
-  if not entry then
-    local name = message:match "%.([%w_]+): unknown field"
-    for _, effect in ipairs(engine.effects()) do
-      if effect.name == name then message = message .. "; effects belong in scene = { ... }" end
-    end
-    return nil, message
-  end
+  if not entry then return nil, message end
   for _, name in ipairs { "scene", "materials" } do
     if value[name] ~= nil then
       entry[name], message = read[name](value[name])

@@ -168,10 +168,7 @@ end
 -- An object that writes a folder; nil and a message where another process does.
 local function locked(path)
   local lock, message = host.file.lock(path .. "/" .. journal.FILE)
-  if not lock then
-    return nil, message:find("in use by", 1, true) and path .. " is in use by another process"
-      or message
-  end
+  if not lock then return nil, message end
   local writer
   writer, message = host.file.writer()
   if not writer then failure.raise(1, message) end

@@ -90,12 +90,19 @@ local function extend(self, earlier)
   self.runs = list
 end
 
+-- Locks a file of the sweep until this process ends; nil where another process has it.
+local function lock_of(out, name)
+  local lock, message = host.file.lock(("%s/.locks/%s"):format(out, name))
+  -- the host tells a lock of another process from other errors by the text only
+  if lock or message:find("in use by another process", 1, true) then return lock end
+  failure.raise(1, message)
+end
+
 -- The lock of the plan, which another process may hold for a moment.
 local function lock_plan(out)
   while true do
-    local lock, message = host.file.lock(out .. "/.locks/plan")
+    local lock = lock_of(out, "plan")
     if lock then return lock end
-    if not message:find("in use by another process", 1, true) then failure.raise(1, message) end
     host.wait(0.05)
     host.raise_if_interrupted()
   end
@@ -158,11 +165,7 @@ end
 --- Takes a run for this process, until its end; nil where another process has it.
 ---@param number integer
 ---@return limax.host.lock|nil
-function sweep.claim(self, number)
-  local lock, message = host.file.lock(("%s/.locks/%d"):format(self.out, number))
-  if lock or message:find("in use by another process", 1, true) then return lock end
-  failure.raise(1, message)
-end
+function sweep.claim(self, number) return lock_of(self.out, number) end
 
 --- Refuses to compute with another script than that of the other runs, or with one that somebody
 --- else named.
