@@ -376,45 +376,65 @@ local function keep_state(robots, own_state)
   end
 end
 
+-- Clears scores that another fitness gave: an elite keeps its score only under the same one.
+local function forget_scores(robots, fitness_chosen)
+  local before = robots.before.scored_with
+  if before == nil or before == fitness_chosen then return end
+  for i = 1, #robots do
+    if not (robots.traces and robots.traces[i]) then rows.forget(robots.rows, i) end
+  end
+end
+
+-- The robots that were simulated here. One that failed in another fitness may get a score again.
+local function robots_to_score(robots)
+  local wanted = {}
+  for i = 1, #robots do
+    wanted[i] = robots.traces ~= nil and robots.traces[i] ~= nil
+    if wanted[i] then rows.set_status(robots.rows, i) end
+  end
+  return wanted
+end
+
+-- Warns of scores that are valid but probably unintended.
+local function check_scores(robots)
+  if robots.generation > 0 then return end
+  local world = robots.world
+  local constant = constant_text(robots)
+  if constant then world.say(constant) end
+  for _, text in ipairs(measures.beyond((world.measured or {}).descriptors or {}, robots.rows)) do
+    world.say(text)
+  end
+end
+
+-- Enters the robots into the archive of the run.
+local function enter_archive(robots)
+  if not robots.world.archive then return end
+  robots.remembered = archived.enter(robots.before.archive, robots)
+  robots.archive = archived.shown(robots.remembered)
+end
+
 --- Scores every robot that ended well: by the experiment's fitness, or by another one. Elites and
 --- robots read from a run folder keep a valid score.
 ---@param with? string|table|fun(robot: table): number, number[]?
 ---@return limax.population.scored self
 function Population:score(with)
-  local world, all, before = self.world, self.rows, self.before
-  local law = with == nil and world.fitness or fitness.get(with)
-  with = with == nil and world.fitness or with
-  -- an elite keeps its score only under the fitness that gave it
-  if before.scored_with ~= nil and before.scored_with ~= with then
-    for i = 1, #self do
-      if not (self.traces and self.traces[i]) then rows.forget(all, i) end
-    end
-  end
+  local law = with == nil and self.world.fitness or fitness.get(with)
+  if with == nil then with = law end
+  forget_scores(self, with)
   self:simulate()
-  local wanted = {}
-  for i = 1, #self do
-    wanted[i] = self.traces ~= nil and self.traces[i] ~= nil
-    -- a robot that failed in another fitness may get a score from this one
-    if wanted[i] then rows.set_status(all, i) end
-  end
-  local own_state
-  if self.traces then own_state = state.copy(before.state) end
+  local is_simulated = self.traces ~= nil -- and not read from a folder
+  local wanted = robots_to_score(self)
+  local own_state = is_simulated and state.copy(self.before.state) or nil
   call_fitness(self, law, wanted, own_state)
+
   local began = host.clock()
   check_trials_read(self, law, wanted)
-  self.ranked = metrics.rank(all)
-  if self.traces or not self.scored_with then self.scored_with = with end
-  self.scored_by = law
+  if is_simulated or not self.scored_with then self.scored_with = with end
+  self.scored_by, self.ranked = law, metrics.rank(self.rows)
   if #self.ranked == 0 then failure.raise(1, failure_text(self)) end
-  local constant = self.generation == 0 and constant_text(self)
-  if constant then world.say(constant) end
-  local descriptors = self.generation == 0 and (world.measured or {}).descriptors or {}
-  for _, text in ipairs(measures.beyond(descriptors, all)) do world.say(text) end
-  if self.traces then
-    if world.archive then
-      self.remembered = archived.enter(before.archive, self)
-      self.archive = archived.shown(self.remembered)
-    end
+  check_scores(self)
+  if is_simulated then
+    enter_archive(self)
     keep_state(self, own_state)
   end
   self.timing.fitness = self.timing.fitness + host.clock() - began
