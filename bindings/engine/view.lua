@@ -4,10 +4,12 @@
 --- makes Lua lists, `view:pointer()` is unchecked. A writable view also takes `view[i] = number`,
 --- checked.
 ---
---- In LuaJIT only cdata may define both `#` and `ipairs`. A view is an empty struct, with its state
---- in a weak table. A row of numbers is a struct with a copy of its numbers, so that it needs no
---- owner and a loop over `trace[i][axis]` allocates no table. The numbers along the last axis of a
---- writable view are a struct with all that an access needs, since scripts access millions of them.
+--- In LuaJIT only cdata may define both `#` and `ipairs`. There are three kinds:
+--- - a view of several axes is an empty struct; a table finds its state;
+--- - a row of a read-only view is a struct with a copy of its numbers, so that it needs no owner
+---   and a loop over `trace[i][axis]` allocates no table;
+--- - the last axis of a writable view ("cells") is a struct with a pointer and all that a check
+---   needs, since scripts access millions of them.
 
 local ffi = require "ffi"
 local new_table = require "table.new"
@@ -27,10 +29,15 @@ local view = {}
 -- fields of a view besides its shape
 local FIELDS = { unit = true, rate = true, samples = true, columns = true }
 
--- The form that a view shares with its parts, its first axis, the offset of its first element (of
--- the last axis of a writable view it is nil, and all rows share a state), and a list of its parts,
--- each made at the first read.
----@type table<ffi.cdata*, { form: table, axis: integer, offset?: integer, [integer]: limax.view }>
+---@class limax.view.state
+---@field form table memory, shape, owner: shared by a view and all its parts
+---@field axis integer the first axis of the view among those of the form
+---@field offset integer|nil of its first element; cells have none, and share one state per form
+---@field [integer] limax.view its parts, each made at the first read
+
+-- The state of each view. A struct cannot hold Lua values. The keys are weak, so that an entry goes
+-- with its view: a state refers to parts of its view, and never to the view itself.
+---@type table<ffi.cdata*, limax.view.state>
 local states = setmetatable({}, { __mode = "k" })
 local class, methods = {}, strict.methods "view"
 local new_view
@@ -125,8 +132,8 @@ local function part(form, axis, offset)
   local self
   if form.range and axis == #form.shape then
     self = form.cells(form.data + offset, form.life.stamp, form.shape[axis], form.stamp)
-    form.of_cells = form.of_cells or { form = form, axis = axis }
-    states[self] = form.of_cells
+    form.cells_state = form.cells_state or { form = form, axis = axis }
+    states[self] = form.cells_state
   else
     self = new_view()
     local state = new_table(has_parts(form, axis) and form.shape[axis] or 0, 3)

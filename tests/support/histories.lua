@@ -1,8 +1,8 @@
 --- histories.lua: artificial histories, and supervisors called with them twice: equal histories
 --- must give equal proposals.
 
-local ledger = require "limax.supervise.ledger"
 local limax = require "limax"
+local proposals = require "limax.supervise.proposals"
 
 local histories = {}
 
@@ -46,8 +46,8 @@ end
 --- The proposal and reason of a supervisor, which must be the same twice.
 function histories.ask(t, spec, history)
   local supervisor = limax.supervise.get(spec)
-  local proposal, reason = supervisor.call(history, histories.stream(), ledger.limits(10))
-  local again, same = supervisor.call(history, histories.stream(), ledger.limits(10))
+  local proposal, reason = supervisor.call(history, histories.stream(), proposals.limits(10))
+  local again, same = supervisor.call(history, histories.stream(), proposals.limits(10))
   t:equal(proposal, again)
   t:equal(reason, same)
   t:equal(type(reason), "string")

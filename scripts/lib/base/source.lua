@@ -78,7 +78,7 @@ function source.size(path)
   return size
 end
 
---- Reads a file line by line, in blocks: memory does not grow with the file.
+--- Reads a file line by line: memory does not grow with the file.
 ---@param file file*
 ---@param bytes integer|nil of it; all if left out
 ---@param visit fun(line: string, at: integer) a line with its end, and the offset of its beginning
@@ -87,9 +87,9 @@ end
 function source.each_line(file, bytes, visit)
   local at, left, rest = 0, bytes or math.huge, ""
   while left > 0 do
-    local block, message = file:read(math.min(left, 65536))
-    if not block then return at, message end
-    left, rest = left - #block, rest .. block
+    local chunk, message = file:read(math.min(left, 65536))
+    if not chunk then return at, message end
+    left, rest = left - #chunk, rest .. chunk
     local first, last = 1, rest:find("\n", 1, true)
     while last do
       visit(rest:sub(first, last), at)

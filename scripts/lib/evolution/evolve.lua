@@ -10,10 +10,10 @@ local failure = require "limax.base.failure"
 local generations = require "limax.evolution.generation"
 local genes = require "limax.experiment.genes"
 local host = require "limax.host"
-local ledger = require "limax.supervise.ledger"
 local materials = require "limax.evolution.materials"
 local mating = require "limax.evolution.mating"
 local metrics = require "limax.run.metrics"
+local proposals = require "limax.supervise.proposals"
 local record = require "limax.evolution.record"
 local rows = require "limax.robot.rows"
 local runs = require "limax.evolution.run"
@@ -64,7 +64,7 @@ local function decide(run, robots)
     if name == "elite_fraction" then chosen = choice.elites and #choice.elites / #robots end
     if chosen ~= nil then
       decided.parameters[name] = chosen
-      ledger.set(decided.ledger, name, chosen)
+      proposals.set(decided.ledger, name, chosen)
     end
   end
   decided.same_materials = materials.equal(decided.fields, materials.fields(robots.materials))

@@ -1,7 +1,7 @@
 --- materials.lua: the fields of a run's materials that a supervisor may change, as plain tables:
 --- material name -> field -> value.
 
-local ledger = require "limax.supervise.ledger"
+local proposals = require "limax.supervise.proposals"
 
 local materials = {}
 
@@ -14,7 +14,7 @@ function materials.fields(engine_materials)
   local fields = {}
   for i = 1, engine_materials.count do
     local material = engine_materials:get(i)
-    for _, name in ipairs(ledger.material_fields(material)) do
+    for _, name in ipairs(proposals.material_fields(material)) do
       fields[material.name] = fields[material.name] or {}
       fields[material.name][name] = material[name]
     end
@@ -30,7 +30,7 @@ function materials.with(first, fields)
   local copy = first:copy()
   for i = 1, copy.count do
     local material = copy:get(i)
-    for _, name in ipairs(ledger.material_fields(material)) do
+    for _, name in ipairs(proposals.material_fields(material)) do
       copy:set(i, name, fields[material.name][name])
     end
   end

@@ -6,9 +6,9 @@ local engine = require "limax.engine"
 local exchange = require "limax.base.exchange"
 local failure = require "limax.base.failure"
 local full_body = require "limax.robot.full_body"
-local ledger = require "limax.supervise.ledger"
 local materials = require "limax.evolution.materials"
 local output = require "limax.base.output"
+local proposals = require "limax.supervise.proposals"
 local rows = require "limax.robot.rows"
 local settings = require "limax.settings.settings"
 local source = require "limax.base.source"
@@ -92,7 +92,7 @@ function world.new(experiment, options)
     measured = experiment.measured, archive = experiment.archive,
     is_divided = exchange.count > 1, first_materials = first,
     first_fields = materials.fields(first),
-    limits = ledger.limits(config.population, config.supervision.ranges, config.supervision),
+    limits = proposals.limits(config.population, config.supervision.ranges, config.supervision),
     on_progress = options.on_progress, say = once(options.say or print_warning) }, World)
   -- refuses a lattice that this machine cannot hold before anything large is made
   engine.population({ lattice = config.lattice, count = config.population }):free()

@@ -7,7 +7,6 @@ local engine = require "limax.engine"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
 local island_rules = require "limax.settings.island_rules"
-local ledger = require "limax.supervise.ledger"
 local named_parts = require "limax.experiment.named_parts"
 local overrides = require "limax.experiment.overrides"
 local plausible = require "limax.settings.plausible"
@@ -15,6 +14,7 @@ local scenes = require "limax.scenes"
 local schema = require "limax.engine.schema"
 local settings = require "limax.settings.settings"
 local prompt = require "limax.supervise.llm.prompt"
+local proposals = require "limax.supervise.proposals"
 local source = require "limax.base.source"
 local strict = require "limax.engine.strict"
 local trials = require "limax.experiment.trials"
@@ -94,7 +94,7 @@ local anything = schema.any
 local function ranges(value, path)
   if value == nil then return nil end
   local rules, limits = {}, {}
-  for _, limit in ipairs(ledger.limits(fields.experiment.population.maximum)) do
+  for _, limit in ipairs(proposals.limits(fields.experiment.population.maximum)) do
     limits[#limits + 1] = limit
     rules[limit.field] = schema.list(schema.number { unit = "" },
       { count = 2, expected = "a list { least, most }" })

@@ -7,7 +7,7 @@ local choice = require "limax.base.choice"
 local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
 local host = require "limax.host"
-local ledger = require "limax.supervise.ledger"
+local proposals = require "limax.supervise.proposals"
 local schema = require "limax.engine.schema"
 local source = require "limax.base.source"
 local suggest = require "limax.engine.suggest"
@@ -155,7 +155,7 @@ local function resolved_lists(config)
   add_effects(lists.scene)
   local allowed = lists.supervision.ranges or {}
   lists.supervision.ranges = allowed
-  for _, limit in ipairs(ledger.limits(config.population)) do
+  for _, limit in ipairs(proposals.limits(config.population)) do
     allowed[limit.field] = allowed[limit.field] or { limit.minimum, limit.maximum }
   end
   return lists

@@ -4,7 +4,7 @@
 --- The rules are ours; exploration after a loss of diversity is from Ursem, "Diversity-guided
 --- evolutionary algorithms" (2002).
 
-local ledger = require "limax.supervise.ledger"
+local proposals = require "limax.supervise.proposals"
 local schema = require "limax.engine.schema"
 
 local function best_of(entry) return entry.best_standard or entry.best end
@@ -36,7 +36,7 @@ end
 -- A fifth of the way from each parameter to its first value.
 local function towards_first(now, first)
   local proposal
-  for _, name in ipairs(ledger.parameters) do
+  for _, name in ipairs(proposals.parameters) do
     local gap = first[name] - now[name]
     if math.abs(gap) > 0.01 * math.max(math.abs(first[name]), 0.01) then
       proposal = proposal or {}

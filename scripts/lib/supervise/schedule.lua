@@ -6,7 +6,7 @@
 
 local schema = require "limax.engine.schema"
 
-local parameters = require("limax.supervise.ledger").parameters
+local parameters = require("limax.supervise.proposals").parameters
 
 -- Points { generation, value }, generations rising.
 local function points_rule(value, path)

@@ -3,7 +3,7 @@
 --- and a reason.
 
 local choice = require "limax.base.choice"
-local ledger = require "limax.supervise.ledger"
+local proposals = require "limax.supervise.proposals"
 local strict = require "limax.engine.strict"
 
 local supervise = strict.module "limax.supervise"
@@ -15,7 +15,7 @@ local supervise = strict.module "limax.supervise"
 ---@field elite_fraction? number of the population
 ---@field materials? table<string, { stiffness?: number, amplitude?: number, phase?: number }>
 
--- `limits` are the run's, as `ledger.limits` gives them: narrowed by the experiment's ranges.
+-- `limits` are the run's, as `proposals.limits` gives them: narrowed by the experiment's ranges.
 ---@alias limax.supervisor.law
 ---| fun(history: limax.generation[], random: table, limits: limax.limit[]): limax.proposal?,string?
 
@@ -49,7 +49,7 @@ supervise.entries = {
 }
 
 --- Names of the four parameters.
-supervise.parameters = ledger.parameters
+supervise.parameters = proposals.parameters
 
 ---@class limax.supervisor
 ---@field name string a library name, or "function"

@@ -4,7 +4,7 @@
 
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
-local ledger = require "limax.supervise.ledger"
+local proposals = require "limax.supervise.proposals"
 local schema = require "limax.engine.schema"
 local shown = require "limax.supervise.shown"
 
@@ -16,7 +16,7 @@ local supervision = {}
 ---@field random table
 ---@field limits limax.limit[]
 ---@field judge fun(proposal: any, reason: any, about: { supervisor: string, source?: string }):
---- table, table, table as `ledger.judge`
+--- table, table, table as `proposals.judge`
 
 -- The ledger's judgement of a proposal for the generation after `robots`.
 local function judge(run, robots, proposal, reason, about)
@@ -28,7 +28,7 @@ local function judge(run, robots, proposal, reason, about)
     candidate:free()
     return bound
   end
-  return ledger.judge { proposal = proposal, reason = reason, supervisor = about.supervisor,
+  return proposals.judge { proposal = proposal, reason = reason, supervisor = about.supervisor,
     source = about.source, limits = run.world.limits, parameters = robots.parameters,
     materials = materials, first = run.world.first_fields, allowed = run.world.config.supervision,
     cost = cost, first_step = run.world.first_step }
@@ -91,7 +91,7 @@ function supervision.decide(run, robots)
       world.say(("before generation %d %s"):format(generation, message), message)
     end
   end
-  local shares = ledger.shares(record)
+  local shares = proposals.shares(record)
   for name, value in pairs(numbers or {}) do shares[name] = value end
   return { parameters = parameters, fields = fields, ledger = record, numbers = shares,
     failed = failed, state = rawget(robots, "state") }

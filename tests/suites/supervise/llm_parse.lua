@@ -5,14 +5,14 @@
 local engine = require "limax.engine"
 local histories = require "support.histories"
 local host = require "limax.host"
-local ledger = require "limax.supervise.ledger"
 local model_stage = require "support.model_stage"
 local parse = require "limax.supervise.llm.parse"
+local proposals = require "limax.supervise.proposals"
 local source = require "limax.base.source"
 
 local suite = require("limax.test").suite "llm parse"
 
-local LIMITS = ledger.limits(10)
+local LIMITS = proposals.limits(10)
 local BOM = "\239\187\191"
 
 local function read(text, parser) return (parser or parse.from()):read(text, LIMITS) end
@@ -169,7 +169,7 @@ end
 
 -- What is wrong with the judgement of a proposal; nil where nothing is.
 local function judged(proposal, limits, limit_of)
-  local parameters, materials, record = ledger.judge { proposal = proposal, supervisor = "llm",
+  local parameters, materials, record = proposals.judge { proposal = proposal, supervisor = "llm",
     limits = limits, parameters = histories.FIRST, materials = MATERIALS_NOW, first = FIRST,
     allowed = { hyperparameters = true, materials = true }, first_step = 1e-6,
     cost = function(fields) return 1e-4 / math.sqrt(fields.bone.stiffness) end }
@@ -197,7 +197,7 @@ local locate = setfenv(assert(loadstring(parse.from().source)), { json = host.js
   ipairs = ipairs })()
 
 suite:test("ten thousand random answers", { limit = 120 }, function(t)
-  local limits, limit_of, count = ledger.limits(10), {}, 10000
+  local limits, limit_of, count = proposals.limits(10), {}, 10000
   for _, limit in ipairs(limits) do limit_of[limit.field] = limit end
   local pick, found = model_stage.picks(1), 0
   for k = 1, count do

@@ -2,7 +2,7 @@
 
 local histories = require "support.histories"
 local limax = require "limax"
-local ledger = require "limax.supervise.ledger"
+local proposals = require "limax.supervise.proposals"
 
 local suite = require("limax.test").suite "supervise"
 
@@ -125,7 +125,7 @@ suite:test("names, options and functions", function(t)
 end)
 
 suite:test("random stays in the ranges, makes allowed steps, and covers the ranges", function(t)
-  local list = ledger.limits(10, { crossover_rate = { 0.4, 0.41 } },
+  local list = proposals.limits(10, { crossover_rate = { 0.4, 0.41 } },
     { hyperparameters = true, materials = false })
   local limits = {}
   for _, limit in ipairs(list) do limits[limit.field] = limit end

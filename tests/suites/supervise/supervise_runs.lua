@@ -6,7 +6,7 @@ local histories = require "support.histories"
 local evolution = require "support.evolution"
 local host = require "limax.host"
 local limax = require "limax"
-local ledger = require "limax.supervise.ledger"
+local proposals = require "limax.supervise.proposals"
 
 local suite = require("limax.test").suite "supervise_runs"
 
@@ -72,7 +72,7 @@ end)
 suite:test("shuffled uses every setting of the other run once, in another order", function(t)
   local folder, other = donor(t)
   local supervisor = limax.supervise.get { "shuffled", run = folder }
-  local limits, seen, moved = ledger.limits(6), {}, 0
+  local limits, seen, moved = proposals.limits(6), {}, 0
   for generation = 0, 6 do
     local proposal, reason = supervisor.call({ entry(generation, 1) }, stream(), limits)
     local from = tonumber(reason:match "^generation (%d+) of ")

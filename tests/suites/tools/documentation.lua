@@ -8,10 +8,10 @@ local engine = require "limax.engine"
 local faulty_server = require "support.faulty_server"
 local field_page = require "support.field_page"
 local host = require "limax.host"
-local ledger = require "limax.supervise.ledger"
 local limax = require "limax"
 local npy = require "limax.base.npy"
 local process = require "support.process"
+local proposals = require "limax.supervise.proposals"
 local reader = require "limax.run.reader"
 local sealed = require "limax.base.sealed"
 local source = require "limax.base.source"
@@ -240,7 +240,7 @@ suite:test("units on the page are those of the program", function(t)
     check("materials.materials." .. name, materials:field(name).unit)
   end
   local metrics = field_page.tree(sections, "metrics.jsonl")
-  for _, limit in ipairs(ledger.limits(30)) do
+  for _, limit in ipairs(proposals.limits(30)) do
     if limit.material then
       local unit = materials:field(limit.field).unit
       t:equal(field_page.at(metrics, "materials.MATERIAL." .. limit.field).unit, unit)

@@ -4,10 +4,10 @@
 local cells = require "limax.tools.study.cells"
 local faulty_server = require "support.faulty_server"
 local host = require "limax.host"
-local ledger = require "limax.supervise.ledger"
 local limax = require "limax"
 local plan = require "limax.tools.study.plan"
 local process = require "support.process"
+local proposals = require "limax.supervise.proposals"
 local runs = require "limax.tools.report.runs"
 local run_folder = require "limax.run.folder"
 local source = require "limax.base.source"
@@ -170,7 +170,7 @@ suite:test("tuning spends part of the budget and finds the best setting", functi
         { 120 - tuned.evaluations, tuned.breeding })
     end
   end
-  for _, limit in ipairs(ledger.limits(4)) do
+  for _, limit in ipairs(proposals.limits(4)) do
     local value = tuned.breeding[limit.field]
     t:ok(limit.material or value >= limit.minimum and value <= limit.maximum, limit.field)
   end

@@ -3,7 +3,7 @@
 --- A prompt that is too long loses detail in a fixed order.
 
 local host = require "limax.host"
-local ledger = require "limax.supervise.ledger"
+local proposals = require "limax.supervise.proposals"
 local terminal = require "limax.base.terminal"
 
 local context = {}
@@ -41,7 +41,7 @@ local function short(value) return terminal.beginning(value, LONGEST) end
 local function by_material(list, value_of)
   local all = {}
   for _, material in ipairs(list) do
-    for _, field in ipairs(ledger.material_fields(material)) do
+    for _, field in ipairs(proposals.material_fields(material)) do
       local name = short(material.name)
       all[name] = all[name] or {}
       all[name][field] = value_of(material, field)
@@ -92,7 +92,7 @@ end
 -- A value, its range and what one generation can reach.
 local function choices(limit, now, unit)
   local low, high = limit.minimum * unit, limit.maximum * unit
-  local least, most = ledger.reach(limit, now, unit)
+  local least, most = proposals.reach(limit, now, unit)
   local function inside(value) return rounded(math.min(math.max(value, low), high)) end
   return { now = rounded(now), range = { rounded(low), rounded(high) },
     next = { inside(least), inside(most) } }

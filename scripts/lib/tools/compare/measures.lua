@@ -1,7 +1,7 @@
 --- measures.lua: numbers of an arm's runs: how much a language model set, the outcomes of
 --- proposals, and without a claim how soon the runs reached a target.
 
-local ledger = require "limax.supervise.ledger"
+local proposals = require "limax.supervise.proposals"
 local sample = require "limax.base.statistics.sample"
 
 local measures = {}
@@ -41,7 +41,7 @@ function measures.proposals(list)
       for _, entry in ipairs(line.entries or {}) do all[#all + 1] = entry end
     end
   end
-  return ledger.shares { entries = all }
+  return proposals.shares { entries = all }
 end
 
 -- ---- learning curves ----------------------------------------------------------------------------

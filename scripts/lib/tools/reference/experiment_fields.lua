@@ -3,7 +3,7 @@
 
 local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
-local ledger = require "limax.supervise.ledger"
+local proposals = require "limax.supervise.proposals"
 local schema = require "limax.engine.schema"
 
 local experiment_fields = {}
@@ -69,7 +69,7 @@ end
 
 local function ranges()
   local list = {}
-  for i, limit in ipairs(ledger.limits(defaults.fields.experiment.population.value)) do
+  for i, limit in ipairs(proposals.limits(defaults.fields.experiment.population.value)) do
     list[i] = { name = limit.field, text = ("{ least, most } within %.4g to %.4g"):format(
       limit.minimum, limit.maximum) }
   end

@@ -4,7 +4,7 @@
 
 local cells = require "limax.tools.study.cells"
 local engine = require "limax.engine"
-local ledger = require "limax.supervise.ledger"
+local proposals = require "limax.supervise.proposals"
 local source = require "limax.base.source"
 
 local tuning = {}
@@ -31,7 +31,7 @@ end
 -- A setting drawn from the ranges of the ledger: rates and scales log-uniformly, others uniformly.
 local function drawn(study, repetition, k)
   local random, breeding = engine.random(study.config.seed, repetition, "user", k, 0), {}
-  for _, limit in ipairs(ledger.limits(study.config.population)) do
+  for _, limit in ipairs(proposals.limits(study.config.population)) do
     if not limit.material then
       local u = random:uniform()
       breeding[limit.field] = limit.factor

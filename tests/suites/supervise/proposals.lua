@@ -1,12 +1,12 @@
---- ledger.lua: proposals and their outcomes: ranges, largest changes, supervisors that fail, and
+--- proposals.lua: proposals and their outcomes: ranges, largest changes, supervisors that fail, and
 --- parameters set by a script's own loop.
 
 local limax = require "limax"
 local engine = require "limax.engine"
-local ledger = require "limax.supervise.ledger"
 local evolution = require "support.evolution"
+local proposals = require "limax.supervise.proposals"
 
-local suite = require("limax.test").suite "ledger"
+local suite = require("limax.test").suite "proposals"
 local small, finished, silent = evolution.small, evolution.finished, evolution.silent
 
 suite:test("the ledger records parameters that an own loop sets", function(t)
@@ -83,13 +83,13 @@ suite:test("each rule of the ledger", function(t)
   end
   for _, row in ipairs(RULES) do
     local proposal, field, outcome, applied, text, changes = unpack(row, 1, 6)
-    local request = { proposal = proposal, supervisor = "test", limits = ledger.limits(30),
+    local request = { proposal = proposal, supervisor = "test", limits = proposals.limits(30),
       materials = list, first = first, parameters = { mutation_rate = 0.1, mutation_scale = 0.1,
         crossover_rate = 0.4, elite_fraction = 0.3 },
       allowed = { hyperparameters = true, materials = true },
       cost = function() return 1 end, first_step = 1 }
     for name, value in pairs(changes or {}) do request[name] = value end
-    local parameters, fields, record = ledger.judge(request)
+    local parameters, fields, record = proposals.judge(request)
     local found
     for _, entry in ipairs(record.entries) do
       if entry.field == field then found = entry end

@@ -1,13 +1,13 @@
---- ledger.lua: what became of a proposal (ledger.jsonl; a simulation's trace "ledger" is its
---- energy balance). A range and a largest change per generation limit each field that a supervisor
---- may set. Its outcome is accepted, clamped, rate-limited, kept or rejected, with a reason, or
---- "set" by a script's own loop. No value in a proposal raises an error.
+--- proposals.lua: judges the proposals of supervisors. A range and a largest change per generation
+--- limit each field. Its outcome is accepted, clamped, rate-limited, kept or rejected, with a
+--- reason, or "set" by a script's own loop; ledger.jsonl records it. No value in a proposal raises
+--- an error.
 
 local choice = require "limax.base.choice"
 local schema = require "limax.engine.schema"
 local suggest = require "limax.engine.suggest"
 
-local ledger = {}
+local proposals = {}
 
 --- The limit of one field of a proposal.
 ---@class limax.limit
@@ -33,7 +33,7 @@ local proposable = {
 }
 
 --- Names of the four parameters.
-ledger.parameters = { "mutation_rate", "mutation_scale", "crossover_rate", "elite_fraction" }
+proposals.parameters = { "mutation_rate", "mutation_scale", "crossover_rate", "elite_fraction" }
 
 -- Fields of an experiment that a proposal never reaches.
 local fixed = { "population", "generations", "repetitions", "seed", "scene", "lattice", "genome",
@@ -46,7 +46,7 @@ for _, name in ipairs(fixed) do is_fixed[name] = true end
 ---@param ranges? table<string, number[]> field -> { least, most }
 ---@param allowed? { hyperparameters: boolean, materials: boolean } everything if left out
 ---@return limax.limit[]
-function ledger.limits(population, ranges, allowed)
+function proposals.limits(population, ranges, allowed)
   local list = {}
   for i, general in ipairs(proposable) do
     local limit = {}
@@ -66,7 +66,7 @@ end
 
 --- Names of the fields of a material that may be proposed: amplitude and phase belong to muscles.
 ---@param material table an entry of engine materials: kind, stiffness, ...
-function ledger.material_fields(material)
+function proposals.material_fields(material)
   if material.kind == "empty" then return {} end
   if material.kind == "passive" then return { "stiffness" } end
   return { "amplitude", "phase", "stiffness" }
@@ -77,7 +77,7 @@ end
 ---@param unit number of the limit's range: the first value of a stiffness, else 1
 ---@return number least
 ---@return number most
-function ledger.reach(limit, before, unit)
+function proposals.reach(limit, before, unit)
   if not limit.factor then return before - limit.step, before + limit.step end
   -- a value of 0 could never grow by a factor: the change counts from the range's minimum
   local from = math.max(before, limit.minimum * unit)
@@ -87,7 +87,7 @@ end
 -- One value within its range and its largest change from `before`: value, outcome, reason.
 local function bound(limit, before, proposed, unit)
   local low, high = limit.minimum * unit, limit.maximum * unit
-  local least, most = ledger.reach(limit, before, unit)
+  local least, most = proposals.reach(limit, before, unit)
   local change = ("at most %s%.6g per generation"):format(limit.factor and "x" or "",
     limit.factor or limit.step)
   local in_range = math.min(math.max(proposed, low), high)
@@ -236,7 +236,7 @@ local function judge_materials(request, proposed, entries, rejected)
   for _, limit in ipairs(request.limits) do limit_of[limit.field] = limit end
   for _, material in ipairs(request.materials) do
     local mine = by_material[material.name] or {}
-    local names = ledger.material_fields(material)
+    local names = proposals.material_fields(material)
     if #names > 0 then fields[material.name] = {} end
     for _, name in ipairs(names) do
       local unit = name == "stiffness" and request.first[material.name].stiffness or 1
@@ -274,7 +274,7 @@ end
 ---@return table<string, number> parameters
 ---@return table<string, table<string, number>> materials
 ---@return { supervisor: string, source: string|nil, reason: string|nil, entries: table[] } record
-function ledger.judge(request)
+function proposals.judge(request)
   local entries, rejected = {}, {}
   -- parameters; materials; fields of a material
   local proposal = named(request.proposal, 3) or {}
@@ -289,7 +289,7 @@ end
 --- The number of proposed fields, and the share of each outcome.
 ---@param record { entries: table[] }
 ---@return table<string, number>
-function ledger.shares(record)
+function proposals.shares(record)
   local counts = { accepted = 0, clamped = 0, ["rate-limited"] = 0, rejected = 0 }
   local proposed = 0
   for _, entry in ipairs(record.entries) do
@@ -304,8 +304,8 @@ function ledger.shares(record)
 end
 
 --- Records that a script's own loop sets a parameter.
----@param record { entries: table[] } of `ledger.judge`
-function ledger.set(record, field, value)
+---@param record { entries: table[] } of `proposals.judge`
+function proposals.set(record, field, value)
   for _, entry in ipairs(record.entries) do
     if entry.field == field then
       entry.applied, entry.outcome, entry.reason = value, "set", "by the script's own loop"
@@ -313,4 +313,4 @@ function ledger.set(record, field, value)
   end
 end
 
-return ledger
+return proposals
