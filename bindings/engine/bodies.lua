@@ -145,7 +145,7 @@ function class.texts(self, letters)
   return texts_of(self, object.handle("texts", self, class), 0, self.count, letters)
 end
 
---- What is known about the bodies of all robots.
+--- The bodies of all robots: status, counts, size.
 ---@param self limax.population
 ---@return ffi.cdata* limax_body[count], of the engine
 function class.shapes(self)
@@ -208,7 +208,7 @@ function methods:weights(i)
     { strides = { each, 1, n[1], n[1] * n[2] }, life = self.bodies_life })
 end
 
---- What is known about the body of robot i after `express` or `check`.
+--- The body of robot i: status, counts, size, as `express` or `check` found them.
 ---@param i integer
 ---@return limax.body
 function methods:body(i)

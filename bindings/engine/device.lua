@@ -49,7 +49,7 @@ local function device(name, options)
   return self
 end
 
---- What this device is: kind, threads, isa, isa_available, cpu, compiler, build, cuda.
+--- Describes this device: kind, threads, isa, isa_available, cpu, compiler, build, cuda.
 ---@return table
 function methods:describe()
   return abi.description(C.limax_device_describe(object.handle("device", self, class)), "device")

@@ -102,8 +102,8 @@ function methods:matrix()
     { self.features_count, 3 })
 end
 
---- What the network reads of each voxel: of "fourier" the cosine rows, then the sine rows; of
---- "cppn" x, y, z and the distance from the middle.
+--- The inputs of the network for each voxel. "fourier": the cosine rows, then the sine rows;
+--- "cppn": x, y, z and the distance from the middle.
 ---@return limax.view [input][voxel], voxel = 1 + x + nx (y + ny z) with x, y, z from 0
 function methods:features()
   local handle = object.handle("encoding:features", self, class)

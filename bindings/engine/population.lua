@@ -143,7 +143,7 @@ function methods:initialize(first, count, generation, on)
   end)
 end
 
--- What express and check share.
+-- Checks the arguments of `express` and `check`.
 local function reading(self, what, table_of_materials, options, rule)
   object.handle(what, self, class)
   object.handle(what .. ": materials", table_of_materials, materials.class)

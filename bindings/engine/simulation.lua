@@ -209,7 +209,7 @@ function methods:describe()
   return abi.description(out[0], "simulation")
 end
 
---- What became of robot i so far.
+--- The outcome of robot i so far.
 ---@param i integer
 ---@return limax.outcome
 function methods:outcome(i)

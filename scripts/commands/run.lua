@@ -24,7 +24,7 @@ local terminal = require "limax.base.terminal"
 local tiers = require "limax.settings.tiers"
 local together = require "limax.evolution.together"
 
--- What to write for an option that is a field of the experiment.
+-- The words for an option that is a field of the experiment.
 local function instead(name)
   return defaults.fields.experiment[name] and ("--set %s=..."):format(name) or nil
 end
@@ -211,7 +211,7 @@ local function show_end(session, device)
     "Run folder: ", session.folder.path, "\n")
 end
 
--- What the engine is called with, and where its news go: those of the first rank to the terminal.
+-- Options of limax.start. The first rank shows progress and warnings on the terminal.
 local function start_options(session, arguments, device)
   local is_first = exchange.is_first
   return { repetition = session.left[1] or session.first, device = device,

@@ -68,7 +68,7 @@ local function show_study(path, study)
   end
 end
 
--- What the command seals: each document's path and its text, which is the one that is shown.
+-- The documents that the command seals: path, and the text that is shown.
 local function documents_of(path, study, folders)
   local list = {}
   if study then list[1] = { path = path .. "/" .. study_file.NAME } end

@@ -60,7 +60,7 @@ function evolution.same_files(t, got, expected, names)
   end
 end
 
--- What is the same after every interruption.
+-- Files that are the same after every interruption.
 local SAME = { "r01/metrics.jsonl", "r01/ledger.jsonl", "r01/robots/g0004.npy",
   "r01/genomes/g0004.npy" }
 

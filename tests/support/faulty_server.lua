@@ -35,8 +35,8 @@ end
 --- The base URL of a scenario.
 function methods:url(name) return self.base .. name .. "/v1" end
 
---- What the server states about itself: "counts", of the requests of each scenario, { name = {
---- requests = , keys = } }, or "names", a list.
+--- Asks the server for "counts", of the requests of each scenario, { name = { requests = , keys = }
+--- }, or for "names", a list.
 ---@param what "counts"|"names"
 function methods:ask(what)
   return host.json.decode(assert(host.http { url = self.base .. "_" .. what }).body)

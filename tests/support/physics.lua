@@ -166,6 +166,39 @@ function steps.rk4(world, state, _, t, dt)
   return v
 end
 
+-- The fraction of a force that is left at the end of a step.
+local function reaction(k, c, inverse, dt) return 1 / (1 + (dt * dt * k + dt * c) * inverse) end
+
+-- Each spring in turn changes the velocities of its ends.
+local function sweep(world, x, w, t, dt)
+  local sine, cosine = drive(world.scene, t)
+  for _, s in ipairs(world.springs) do
+    local e, rate = minus(x[s.j], x[s.i]), minus(w[s.j], w[s.i])
+    local ahead, near, far = plus(e, dt, rate), s.from.inverse, s.to.inverse
+    local r, L = distance(ahead), s.L + s.a * sine + s.b * cosine
+    local pull = s.k * (r - L) + s.c * dot(rate, ahead) / r
+    local scale = dt * pull * reaction(s.k, s.c, near + far, dt) / distance(e)
+    w[s.i], w[s.j] = plus(w[s.i], scale * near, e), plus(w[s.j], -scale * far, e)
+  end
+end
+
+function steps.xpbd(world, state, _, t, dt)
+  local x, u = state.x, state.u
+  local w = kicked(world, u, other_forces(world, x, u), dt)
+  sweep(world, x, w, t < 0 and t or t + dt, dt)
+  add_drag(world, x, u, w, dt)
+  for _, contact in ipairs(world.contacts) do
+    for i, mass in ipairs(world.masses) do
+      local N, normal = contacts.push(contact, mass.m, x[i], w[i], dt)
+      N = N * reaction(contact.k, contact.unit_c * sqrt(mass.m), mass.inverse, dt)
+      local pressed = plus(w[i], dt * mass.inverse * N, normal)
+      w[i] = contacts.rubbed(world.scene.friction, N, normal, mass, u[i], pressed, dt)
+    end
+  end
+  state.x, state.u = moved(x, dt, w), w
+  return u
+end
+
 -- ---- a run --------------------------------------------------------------------------------------
 
 -- Puts the body's lowest corner at its position, and finds what anchors hold.

@@ -84,7 +84,7 @@ local function point(random)
   return { between(random, -2, 2), between(random, -2, 2), between(random, -1, 1) }
 end
 
--- What a body can touch. Few, because each needs a kernel on a GPU.
+-- Worlds around a body. They are few, because each needs a kernel on a GPU.
 local WORLDS = {
   { "air", function() return {} end },
   { "land", function(random, stiffest) return { ground = surface(random, stiffest, {}) } end },
@@ -163,7 +163,7 @@ local function draw_scene(random, stiffest_ground)
   return scene
 end
 
--- What the cases of a batch share.
+-- Draws the settings that the cases of a batch share.
 local function draw_batch(number)
   local random = random_of(number, 0)
   local lattice = chosen(random, LATTICES)

@@ -57,8 +57,8 @@ function failure.status(value) return fault.is(value) and value.status or nil en
 
 local MACHINE = { memory = true, device = true, disk = true, defect = true }
 
---- What failed on this machine: "memory" or "disk" that is full, a "device" that is unavailable or
---- failed, a "defect" of the engine. nil for an error that script or input caused.
+--- The part of this machine that failed: "memory" or "disk" that is full, a "device" that is
+--- unavailable or failed, a "defect" of the engine; nil for an error that script or input caused.
 ---@return "memory"|"device"|"disk"|"defect"|nil
 function failure.of_machine(value)
   return fault.is(value) and MACHINE[value.kind] and value.kind or nil

@@ -26,7 +26,7 @@ function sealed.add(json)
   return OPENING .. host.xxh3(rest) .. '"' .. rest .. json:sub(last + 1)
 end
 
--- What follows the hash; nil where it does not match.
+-- The text after the hash; nil if the hash does not match it.
 local function checked(line)
   if line:sub(1, #OPENING) ~= OPENING or line:sub(REST - 1, REST - 1) ~= '"' then return nil end
   local rest = line:sub(REST, end_of(line))

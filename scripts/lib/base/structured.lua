@@ -12,7 +12,7 @@ local structured = {}
 local NUMBERS = { i4 = { "int32_t", 4 }, i8 = { "int64_t", 8 }, u8 = { "uint64_t", 8 },
   f8 = { "double", 8 } }
 
--- What a header of somebody else may ask for.
+-- Limits of a header, which may come from somebody else.
 local MOST_FIELDS, MOST_DEPTH, MOST_BYTES = 10000, 8, 2 ^ 31
 
 ---@class limax.structured.field

@@ -91,7 +91,7 @@ function body_picture.side_by_side(pictures, style)
   return table.concat(texts, "\n\n")
 end
 
---- What each letter means: "e expanding muscle   c contracting muscle".
+--- Explains the letters: "e expanding muscle   c contracting muscle".
 ---@param materials { kind: string, letter: string, name: string }[]
 function body_picture.legend(materials, style)
   local colors, parts = palette.of(materials), {}

@@ -109,8 +109,8 @@ local function held_of(robot, sites)
   return held
 end
 
---- What of a robot does not change as it moves: the faces of its skin, see skin.lua, its materials
---- with their colours, the masses that anchors hold, and the world around it.
+--- The parts of a film that do not change as the robot moves: the faces of its skin (skin.lua), its
+--- materials with their colours, the masses that anchors hold, and the world around it.
 ---@param robot limax.scored_robot
 ---@return limax.motion.film without stage, poses and path
 function motion.body(robot)

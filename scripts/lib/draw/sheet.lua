@@ -55,7 +55,7 @@ function sheet.evenly(duration, count)
   return times
 end
 
--- What the legend shows: { square or line colour, text }; what a film shows in words comes last.
+-- The entries of the legend: { square or line colour, text }; those without a colour come last.
 local function entries_of(films, width, size)
   local entries, words, seen = {}, {}, {}
   local function add(list, entry)

@@ -121,7 +121,7 @@ function archived.shown(self)
   return list
 end
 
---- What metrics.jsonl has of it.
+--- The numbers of an archive for metrics.jsonl.
 ---@param self limax.archived
 ---@param definition limax.archive.definition
 ---@return table

@@ -136,7 +136,8 @@ local function compare_made(robots, messages)
   end
 end
 
--- What two ranks must find of a robot; its outcome may differ in what is not finite.
+-- Fields of a robot that must be equal on two ranks. Its outcome may differ in values that are not
+-- finite.
 local SCORES = { "status", "reason", "fitness", "descriptors", "objectives", "cases", "measures" }
 
 -- Raises where two ranks scored the same robot differently.

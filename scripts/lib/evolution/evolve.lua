@@ -35,7 +35,7 @@ local function express(run, robots)
   return robots
 end
 
---- What a run begins with: the last generation of its folder, with its scores, or a new one.
+--- The first generation of a run: the last one of its folder, with its scores, or a new one.
 ---@param run limax.run
 ---@return limax.population.scored
 function evolve.first(run)

@@ -335,7 +335,7 @@ local function check_trials_read(robots, law, wanted)
   end
 end
 
--- What to report of a first generation whose bodies differ and whose scores do not; nil of others.
+-- A warning about a first generation whose bodies differ and whose scores do not; nil for others.
 local function constant_text(robots)
   local all = robots.rows
   local first, differ = robots.ranked[1], false

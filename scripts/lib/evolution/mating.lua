@@ -51,7 +51,7 @@ function mating.check_scored(robots, list, what)
   return list
 end
 
---- What scripts may read and must not change: the places of the robots and their ranking.
+--- Copies the ranking of the robots, which scripts may read and must not change.
 ---@param robots limax.population.scored
 ---@return integer[] a copy of the ranking, for `mating.check_unchanged`
 function mating.ranking(robots)

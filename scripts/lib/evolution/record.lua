@@ -157,7 +157,7 @@ function Stored:engine_of(robots)
   return made
 end
 
---- What makes the entries of a run's history.
+--- Makes the entries of a run's history.
 ---@param run limax.run
 ---@return limax.history.entries
 function record.entries(run)

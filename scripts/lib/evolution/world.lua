@@ -137,7 +137,7 @@ function World:rows(generation, before, count)
     measures = facts.measures }, count or config.population)
 end
 
---- What the genes of a generation are made and read by.
+--- The rules by which the genes of a generation are made and read.
 ---@param fields { materials: limax.materials, parameters: table<string, number>, state: table|nil }
 ---@return limax.genes.rules
 function World:rules(fields)

@@ -49,8 +49,8 @@ local archive = strict.module "limax.archive"
 ---@type table<string, limax.archive.entry>
 archive.entries = {}
 
---- What descriptors and objectives may be called: fitness, voxels, voxel_share, muscle_share, mass,
---- length, distance, speed, path_length, height, contact, energy and strain, each with its unit.
+--- The names of descriptors and objectives, each with its unit: fitness, voxels, voxel_share,
+--- muscle_share, mass, length, distance, speed, path_length, height, contact, energy and strain.
 archive.measures = measures.entries
 
 local qd_offset = schema.number { value = 0, unit = "of the fitness",
@@ -68,7 +68,7 @@ archive.entries.grid = {
   make = cells.grid,
 }
 
--- What a tessellation may have.
+-- Limits of a tessellation.
 local MOST_DIMENSIONS = 16
 local cvt_cells = { unit = "cells", minimum = 1, maximum = 1e5, integer = true,
   note = "1000 as in the paper's first experiments" }

@@ -24,7 +24,7 @@ local FIELDS = { generation = true, lattice = true, materials = true,
 
 local class = {}
 
--- What elites, which are expressed again in later generations, would not find as it was.
+-- Fields that have other values when elites are expressed again in later generations.
 local NOT_OF_GENES = { generation = true, parameters = true, state = true, rows = true }
 
 function class.__index(self, key)

@@ -199,7 +199,7 @@ local function read_materials(named, origin)
   return named_parts.resolved("materials", plain_materials, named or defaults.materials)
 end
 
--- What reads materials and scenes of a script.
+-- Functions that read the materials and scenes of a script.
 local function readers(origin)
   return {
     materials = function(named) return read_materials(named, origin) end,

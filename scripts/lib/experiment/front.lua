@@ -106,7 +106,7 @@ function front.measure(list, objectives, reference)
   return { size = #best, hypervolume = front.hypervolume(best, signed) }
 end
 
---- What is wrong with a reference point; nil if right.
+--- Describes the problem of a reference point; nil if it has none.
 ---@param options { objectives: limax.measure[], reference?: number[] }
 ---@return string|nil
 function front.wrong_reference(options)

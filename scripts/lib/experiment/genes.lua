@@ -19,7 +19,7 @@ local genes = {}
 ---@field device limax.device|nil
 ---@field empty fun(): limax.population another population of the same size
 
--- What a random number of a script is drawn for; robots count below 2^24.
+-- Purposes of a script's random numbers; robots count below 2^24.
 local PHASE = { initialize = 0, mutation = 1, crossover = 2 }
 
 -- Calls a function of a script on rows of a population.

@@ -223,7 +223,7 @@ local function equal(one, other)
   return same
 end
 
---- What an experiment measures for its archive and its survival.
+--- The measures that the archive and the survival of an experiment need.
 ---@param parts { fitness: limax.fitness, survival: limax.survival.scheme, archive:
 --- limax.archive.definition|nil }
 ---@return limax.measured|nil
@@ -253,7 +253,8 @@ function measures.of(parts)
   return measured
 end
 
--- What is wrong with a value; nil if right. A value that is not finite comes from the robot.
+-- Describes the problem of a value; nil if it has none. A value that is not finite comes from the
+-- robot.
 local function complaint(value)
   if type(value) ~= "number" then
     return schema.show(value) .. ", expected a number"
@@ -286,7 +287,7 @@ local function values_of(list, robot, state)
   return values
 end
 
---- What to report of descriptors that more than half of the robots have beyond their range.
+--- Warnings about descriptors that more than half of the robots have beyond their range.
 ---@param list limax.measure[]
 ---@param rows limax.row[]
 ---@return string[]

@@ -33,7 +33,7 @@ local function parse(text)
   return steps, decoded
 end
 
---- What to add to an error about changes: how to write a list, where one was meant.
+--- The end of a message about changes: how to write a list, if one was meant.
 ---@param changes string[]
 ---@return string
 function overrides.hint(changes)

@@ -11,7 +11,8 @@ local source = require "limax.base.source"
 local Robot = robot.methods
 robot.describe_genome = robot_of_genome.describe
 
--- What fitness.get takes: { name = "walk", axis = "x" } of a file is { "walk", axis = "x" }.
+-- Converts a stored fitness for fitness.get: { name = "walk", axis = "x" } to
+-- { "walk", axis = "x" }.
 local function fitness_of(stored)
   if type(stored) ~= "table" then return stored end
   if stored["function"] or not stored.name then return nil end

@@ -124,7 +124,8 @@ local function complete_all(entries, config)
   return list, notes
 end
 
--- What the function returns for a generation, checked; or `nil, message`, or an error of it.
+-- Calls the script's function for a generation. Returns a checked list, or `nil, message`; raises
+-- an error of the function.
 local function drawn(self, repetition, generation)
   local random = engine.random(self.settings.seed, repetition, STREAM, generation, INDIVIDUAL)
   local ok, list, trace = failure.attempt_watched("the trials", self.call, generation, random)

@@ -129,8 +129,8 @@ end
 
 -- ---- bodies of an engine's population -----------------------------------------------------------
 
---- What the records of a population need of its materials: `letters` and `names` in their order,
---- `per_site` masses (kg) by voxel value, and `same`, that mass if it is equal for all.
+--- The facts of materials that the records of a population need: `letters` and `names` in their
+--- order, `per_site` masses (kg) by voxel value, and `same`, that mass if it is equal for all.
 ---@param materials limax.materials
 ---@return table
 function body.facts(materials)
@@ -193,7 +193,7 @@ end
 ---@field counts table<string, integer> voxels of each material, empty ones included
 ---@field mass number kg
 
---- What a record keeps of one robot's body.
+--- The record of a robot's body.
 ---@param population limax.population
 ---@param i integer
 ---@param materials limax.materials

@@ -147,7 +147,7 @@ function modes.verdict(all)
     mode.amplification >= RESONANT and ", the gait rides a resonance" or "")
 end
 
---- What is in a table of modes.
+--- Describes a table of modes.
 ---@param all limax.robot.modes
 ---@return string
 function modes.words(all)

@@ -81,7 +81,7 @@ end
 ---@field scene limax.scene
 ---@field options table of the engine's simulation
 
---- What a simulation of a robot is made of.
+--- Makes the population, materials, scene and options for a simulation of a robot.
 ---@param robot { description: limax.robot.description, materials: limax.materials,
 --- population: limax.population } its body is robot 1 of the population
 ---@param options? limax.robot.simulate_options

@@ -29,7 +29,7 @@ local BODY_UNKNOWN = names.body_status.value.unknown
 local DONE = names.robot_status.value.done
 local OUTCOME_SIZE = ffi.sizeof "limax_outcome"
 
--- What simulations, fitness and archive write.
+-- The fields that simulations, fitness and archive write.
 local OF_SCORE = {}
 for _, field in ipairs(records.robot) do
   if field.by == "simulate" or field.by == "score" or field.by == "archive" then

@@ -37,11 +37,11 @@ local function facts_of(places)
     measures = measures[1] and measures or nil }
 end
 
--- What a robot cannot be without. A version that adds a field reads arrays without it.
+-- Required fields. A version of limax that adds another field reads arrays without it.
 local NEEDED = { "id", "generation", "parents", "origin", "body", "mass", "letters", "outcome",
   "status", "reason", "fitness" }
 
--- What is wrong with the fields of an array; nil if nothing is.
+-- Describes the first problem of an array's fields; nil if there is none.
 local function problem_of(places)
   for _, name in ipairs(NEEDED) do
     if not places[name] then return ("has no field %s"):format(name) end
@@ -54,7 +54,7 @@ local function problem_of(places)
   end
 end
 
--- What is wrong with the values of a robot; nil if nothing is.
+-- Describes the first problem of a robot's values; nil if there is none.
 local function value_problem(each, letters)
   local shape = each.body
   if each.id < 1 or each.generation < 0 or not (each.mass >= 0) then

@@ -72,8 +72,8 @@ local made = {}
 ---@field fitness? any as robot files keep it
 ---@field trials? limax.robot.context[] of each trial, where there are any
 
--- Of a robot of a generation: what may end, and genomes that are read from a folder when they are
--- needed, are taken from the generation.
+-- The context of a robot of a generation. It looks up simulations and the population in the
+-- generation: a simulation may be freed, and genomes are read from a folder when they are needed.
 local Context = {}
 
 function Context.__index(context, key)

@@ -27,7 +27,8 @@ local function refused(value)
   return tostring(value) .. ", which is beyond 1e150"
 end
 
--- What is wrong with one entry of a fitness's second result, which has `count` cases; nil if right.
+-- Describes the problem of an entry of a fitness's second result, which has `count` cases; nil if
+-- it has none.
 local function fault(key, number, count)
   local is_case = type(key) == "number"
   local problem, excusable
@@ -46,8 +47,8 @@ local function fault(key, number, count)
   return ("the fitness's %s%s"):format(what, problem), excusable
 end
 
--- What is wrong with a fitness's results; nil if right. NaN and infinity are `excusable`: they come
--- from a robot, not from the script.
+-- Describes the problem of a fitness's results; nil if they have none. NaN and infinity are
+-- `excusable`: they come from a robot, not from the script.
 local function complaint(value, extra)
   if value == nil then
     return "the fitness returned nil, expected a number; does every path of it end in `return`?"

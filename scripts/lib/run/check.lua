@@ -96,7 +96,7 @@ local function check_transcript(folder, damage)
   end
 end
 
---- What is damaged in a run folder.
+--- Lists the damage of a run folder.
 ---@param folder limax.run.reader
 ---@return limax.run.damage[]
 function check.folder(folder)
@@ -125,8 +125,7 @@ function check.is_unreadable(damage)
   return false
 end
 
---- What is not there any longer of a run that has ended; nil where everything is there. Looks at
---- names and sizes only.
+--- Names a file that a run which has ended lacks; nil if it has all. Reads only names and sizes.
 ---@param folder limax.run.reader
 ---@return string|nil message
 function check.missing(folder)

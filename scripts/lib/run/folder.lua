@@ -181,7 +181,7 @@ local function configure(self, made)
   self.config, self.scored_by = made, config.scored_by(made)
 end
 
--- What a process may leave that dies before its folder is a run.
+-- Files that a process may leave if it ends before its folder is a run.
 local BEGUN = { scripts = true, [journal.FILE] = true }
 
 local function is_free(path)

@@ -17,7 +17,7 @@ function history.is_old(generation, last)
   return generation > 0 and last - generation >= history.whole_kept
 end
 
--- What stays in memory of older ones.
+-- Fields of older generations that stay in memory.
 local ALWAYS_KEPT = { repetition = true, generation = true, best = true, best_standard = true,
   mean = true, evaluations = true, parameters = true, supervisor_failed = true }
 

@@ -46,8 +46,8 @@ local function count_problems(all)
   return failed, coarse
 end
 
--- Of a number that robots or their measures have: the champion's, and mean, least and most over the
--- scored robots that have it. nil if none has it.
+-- Spread of a value that robots or their measures have: the champion's, and mean, least and most
+-- over the scored robots that have it; nil if none has it.
 local function spread(all, champion, name, of)
   local sum, count, least, most = 0, 0, math.huge, -math.huge
   for _, row in ipairs(all) do

@@ -44,7 +44,7 @@ function reader.is_run(path)
     and host.file.exists(path .. "/" .. journal.FILE) ~= nil
 end
 
--- What to add to a message about a folder that is none of a run, and holds some.
+-- The end of a message about a folder that is not a run folder but holds some.
 local function runs_in(folder)
   for _, name in ipairs(host.file.list(folder) or {}) do
     local path = folder .. "/" .. name
@@ -81,7 +81,7 @@ function reader.read(path)
   return self
 end
 
---- What to say of a configuration that the journal does not name; nil if it does.
+--- A message if the configuration is not the one that the journal names; nil if it is.
 function Reader:edited_text()
   return self.is_edited and ("%s/%s was changed since it was written: its hash is not that in %s")
     :format(self.path, self.config_name, journal.FILE) or nil
@@ -280,7 +280,7 @@ function Reader:genomes(repetition, generation, index)
   return array.data:sub((index - 1) * width + 1, index * width)
 end
 
---- What goes on from a generation, besides its robots.
+--- The values from which a run continues after a generation, besides its robots.
 ---@return table generation, metrics, ledger, evaluations, state
 function Reader:kept(repetition, generation)
   local entry = self.journal:entry(repetition, generation)

@@ -13,7 +13,7 @@ local scripts = {}
 
 local function refuse(text, ...) failure.raise(2, text:format(...)) end
 
---- What to say of a document that is not under the user's own seal.
+--- A message about a document that is not under the user's own seal.
 ---@param path string of its folder
 ---@param file string its name
 ---@param owner "other"|"edited"|"none"

@@ -9,7 +9,8 @@ local schema = require "limax.engine.schema"
 
 local state = {}
 
--- What cannot be written at `path`; nil if all can. `above` holds the tables around the value.
+-- Describes the first value at or below `path` that cannot be written; nil if all can. `above`
+-- holds the tables around the value.
 local function problem(value, path, above)
   local kind = type(value)
   if kind == "string" or kind == "boolean" then return nil end

@@ -99,7 +99,7 @@ defaults.scene = { gravity = true, ground = true, friction = true, damping = tru
 --- Samples of the centre of mass per second, Hz: ten per period of the fastest usual gait (5 Hz).
 defaults.record = { center_of_mass = 50 }
 
---- What a run folder keeps of each generation's robots; the first is the default.
+--- The robots of each generation that a run folder keeps; the first is the default.
 defaults.kept_robots = { "all", "best" }
 
 defaults.materials = "paper"

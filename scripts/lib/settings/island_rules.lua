@@ -29,7 +29,7 @@ function island_rules.note(config)
     .. " %d"):format(options.every, config.generations)
 end
 
---- What is wrong with the islands of a configuration; nil if nothing.
+--- Describes the first problem of a configuration's islands; nil if there is none.
 ---@param config table
 ---@param parts { survival: limax.survival, archive: limax.archive.definition|nil }
 ---@return string|nil message

@@ -106,7 +106,7 @@ local function sticking(config)
     .. " friction at %.6g"):format(friction.static, friction.kinetic, friction.kinetic)
 end
 
---- What happens to a body that starts below the ground.
+--- A note about a body that starts below the ground.
 ---@param height number m, of its lowest corner
 ---@param ground number m
 ---@return string

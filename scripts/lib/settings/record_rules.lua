@@ -241,7 +241,7 @@ function record_rules.robot_fields(facts)
   return fields
 end
 
--- What an experiment has where the fields of `only` exist, in words.
+-- The condition under which the fields of `only` exist, in words.
 local ONLY = { islands = "islands", ages = 'the survival "age_fitness"',
   self_adaptive = 'the mutation "self_adaptive"', descriptors = "an archive's descriptors",
   objectives = "objectives", archive = "an archive", novelty = "a novelty archive" }
@@ -279,7 +279,7 @@ function record_rules.annotations(...)
   return lines
 end
 
--- What a type adds to a meaning.
+-- Links that a type adds to a meaning.
 local PARTS = { spread = "see [Spread](#spread)", diversity = "see [Diversity](#diversity)" }
 
 --- A table of RUN_FOLDER.md: a line for each field.

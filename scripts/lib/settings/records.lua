@@ -197,7 +197,7 @@ records.generation = {
     .. " parameters and materials stayed", by = "supervise" },
 }
 
---- What an entry of the history has besides its line.
+--- Fields of an entry of the history besides those of its line.
 records.history = {
   { "repetition", "index", "1, 2, ...", unit = "1" },
   { "generation", "whole", "0, 1, ...", unit = "1" },
@@ -230,7 +230,7 @@ records.ledger = {
   { "entries[].reason", "text?", "why not `accepted`" },
 }
 
---- What a generation cost: a line of rNN/timing.jsonl.
+--- The costs of a generation: a line of rNN/timing.jsonl.
 records.timing = {
   { "ended", "text", "UTC, when its files were written", by = "record" },
   { "seconds", "table", "of each step", by = "record" },

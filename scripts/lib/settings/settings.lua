@@ -9,7 +9,7 @@ local settings = {}
 
 local fields = defaults.fields.simulation
 
---- What a tier sets, and what an override that names a tier resets.
+--- The fields that a tier sets, and that an override which names a tier resets.
 settings.of_tier = { "integrator", "precision", "time_step", "bound", "bound_fraction",
   "time_step_most" }
 --- Those that only an automatic step uses.
@@ -155,7 +155,7 @@ function settings.finish(simulation, record)
     :format(time, simulation.duration, rate) }
 end
 
---- What `engine.simulation` takes, from finished tables.
+--- Makes the options of `engine.simulation` from finished tables.
 ---@param simulation table
 ---@param record table<string, integer>
 ---@return table

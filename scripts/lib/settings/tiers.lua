@@ -32,8 +32,8 @@ function tiers.path()
   return nil
 end
 
---- What a measurement is valid for: the model of processor or GPU, and the build. Costs are ratios,
---- so the number of threads does not matter.
+--- The key of a measurement: the model of processor or GPU, and the build. Costs are ratios, so the
+--- number of threads does not matter.
 ---@param about table the device's description
 ---@param version string of limax
 ---@param machine { compiler: string, build: string }

@@ -31,7 +31,7 @@ local function function_or(accepts, expected)
   end
 end
 
--- Of a function the process in which a parser runs would need the source.
+-- A parser is a file or a text, not a function: the process in which it runs needs its source.
 local function parser(value, path)
   if value == nil or type(value) == "string" and value ~= "" then return value end
   return nil, ("%s: expected the path of a file that returns a parser, or Lua text of several lines"

@@ -20,7 +20,7 @@ local proposals = {}
 ---@field material? boolean a field of materials; for stiffness the range is in first values
 ---@field allowed boolean may a supervisor set it in this experiment?
 
--- What may be proposed: ranges and largest changes per generation.
+-- The fields of a proposal, with their ranges and largest changes per generation.
 local proposable = {
   { field = "mutation_rate", minimum = 0.001, maximum = 0.5, factor = 2, unit = "per gene" },
   { field = "mutation_scale", minimum = 0.001, maximum = 1, factor = 2, unit = "1" },

@@ -111,7 +111,7 @@ function supervision.failures(lines, source_of)
   return failed, asked
 end
 
---- What these counts mean; nil where none failed.
+--- Explains these counts; nil if none failed.
 ---@return string|nil
 function supervision.failure_text(failed, asked)
   if failed == 0 then return nil end
@@ -124,8 +124,8 @@ function supervision.failure_text(failed, asked)
     :format(failed, asked)
 end
 
--- What to report of a user's supervisor that proposed nothing in any generation and gave no reason;
--- nil of others.
+-- A warning about a user's supervisor that proposed nothing in any generation and gave no reason;
+-- nil for others.
 local function idle_text(supervisor, history)
   if not supervisor.own or #history < 2 then return nil end
   for k = #history, 2, -1 do -- generation 0 needs no supervisor
@@ -140,8 +140,7 @@ local function idle_text(supervisor, history)
     :format(#history - 1)
 end
 
---- What to report of the supervisor at the end of a run: that it failed, or proposed nothing; nil
---- if neither.
+--- A warning at the end of a run that the supervisor failed, or proposed nothing; nil if neither.
 ---@param supervisor limax.supervisor
 ---@param history limax.generation[]
 ---@return string|nil

@@ -51,7 +51,7 @@ local MOST_9, MOST_15 = 27.88, 37.70
 local TEN = { 3, 9, 1, 7, 5, 10, 2, 8, 4, 6 }
 local OFFSPRING = 20000
 
--- What robot i of TEN scores -> its chance.
+-- The chance of a robot of TEN by its score.
 local function tournament(size)
   return function(score) return (score ^ size - (score - 1) ^ size) / 10 ^ size end
 end

@@ -34,7 +34,7 @@ local function flipped(text, place)
   return text:sub(1, place - 1) .. string.char(bit.bxor(text:byte(place), 4)) .. text:sub(place + 1)
 end
 
--- What may happen to a file. Each takes its text; nil deletes it.
+-- Kinds of damage to a file. Each takes the text and returns another one; nil deletes the file.
 local WAYS = {
   deleted = function() return nil end,
   emptied = function() return "" end,

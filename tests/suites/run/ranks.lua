@@ -143,7 +143,7 @@ return limax.experiment {
   t:ok(slow < fast / 2, ("%d robots on rank 0, %d on the slow one"):format(fast, slow))
 end)
 
--- What else the experiment has, and what the run of it on three ranks prints.
+-- More fields of the experiment, and a text that its run on three ranks prints.
 local FAULTS = {
   { "a fitness with a variable of the script",
     [[fitness = (function()

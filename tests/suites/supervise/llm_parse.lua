@@ -167,7 +167,7 @@ for i = 1, paper.count do
   FIRST[MATERIALS_NOW[i].name] = MATERIALS_NOW[i]
 end
 
--- What is wrong with the judgement of a proposal; nil where nothing is.
+-- Describes the first problem of a judged proposal; nil if there is none.
 local function judged(proposal, limits, limit_of)
   local parameters, materials, record = proposals.judge { proposal = proposal, supervisor = "llm",
     limits = limits, parameters = histories.FIRST, materials = MATERIALS_NOW, first = FIRST,

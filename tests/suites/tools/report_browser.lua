@@ -37,7 +37,7 @@ local function with_script(page, script)
   return page:sub(1, head - 1) .. "<script>" .. script .. "</script>" .. page:sub(head)
 end
 
--- What a browser sees of the report of a finished run, and the folder.
+-- The report of a finished run as a browser shows it, and the folder.
 local function seen_of(t)
   local program, base = chromium(t), t:folder()
   limax.start(evolution.small { lattice = { 3, 3, 3 }, generations = 3, population = 8,

@@ -86,7 +86,7 @@ function block.kick(self, h)
   self.V2, self.H2 = plus(self.V, h / self.m, self.F), plus(self.H, h, self.T)
 end
 
--- What a unit impulse along `way` at a contact changes there.
+-- The change of velocity at a contact by a unit impulse along `way`.
 local function mobility(self, touch, way)
   local lever = cross(touch.arm, way)
   return touch.inverse + 1 / self.m + dot(lever, spin_of(self, lever))
@@ -101,7 +101,7 @@ local function limit_of(self, friction, touch, u, h)
   return available * (rests and math.max(friction.static, friction.kinetic) or friction.kinetic)
 end
 
--- What friction at one contact adds to its impulse.
+-- The change of a contact's impulse by friction.
 local function change_of(self, touch, w)
   local slip = vector.across(touch.normal, minus(w, velocity_at(self, self.V2, self.H2, touch.arm)))
   local speed = vector.length(slip)

@@ -15,7 +15,7 @@ local function entry(list, name, made)
   return list[name]
 end
 
--- What a voxel contributes to each of its springs.
+-- The contribution of a voxel to each of its springs.
 local function share_of(material, weight)
   local amplitude = SIGN[material.kind] * (material.amplitude or 0) * weight.amplitude
   local phase = (material.phase or 0) * weight.phase

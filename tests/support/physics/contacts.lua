@@ -17,7 +17,7 @@ function contacts.nearest_face(half, place)
   return dy, { 0, place[2] < 0 and -1 or 1, 0 }
 end
 
--- Of each kind: the depth of a place below its surface, and the normal there.
+-- For each kind: the depth of a place below its surface, and the normal there.
 local surfaces = {}
 
 function surfaces.ground(g, x) return g.height - x[3], { 0, 0, 1 } end

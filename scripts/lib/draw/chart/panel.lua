@@ -85,8 +85,8 @@ local function values_of(spec, k)
   return values
 end
 
--- What lies between the lows and the highs of a band. Several that overlap mix their colours, so
--- that their ends are lines and what is between is faint.
+-- Fills a band between its lows and highs. Overlapping bands mix their colours, so that the ends of
+-- several bands are lines and their fill is faint.
 local function draw_band(place, band, several)
   local outline, count = {}, #band.points
   if count < 2 then return end

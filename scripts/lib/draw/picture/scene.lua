@@ -13,9 +13,9 @@ local scene = {}
 
 -- of the ground's near edge
 local EDGE = "#6b655b"
---- What the path of the centre of mass is drawn with.
+--- Colour of the path of the centre of mass.
 scene.trail = "#c0392b"
---- What the edges between held masses are drawn with, and how thick, of other edges.
+--- Colour of the edges between held masses, and their thickness relative to other edges.
 scene.held = "#26282b"
 local HELD = 4
 

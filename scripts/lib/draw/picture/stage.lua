@@ -198,7 +198,7 @@ local function sheets_of(self, within, open, context)
   return sheets
 end
 
---- What of the world is seen in a slab, and the block where it is at that moment.
+--- The pieces of the world that are visible in a slab, and the block where it is at that moment.
 ---@param sight? number[] away from the viewer, who does not see the backs of things; without it all
 --- sides are returned
 ---@param block? limax.picture.space[]

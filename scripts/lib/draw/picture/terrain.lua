@@ -13,7 +13,7 @@ local PATCHES = 14
 -- m of soil below the lowest place
 local DEPTH = 0.02
 
--- What the corners of a slab's floor span in the world.
+-- The rectangle around the corners of a slab's floor in the world.
 local function footprint(stage, slab)
   local low, high, add_corner = polygon.bounds(2)
   for _, along in ipairs { slab.low[1], slab.high[1] } do

@@ -107,7 +107,7 @@ local function direction_words(flow)
   return ("along (%s)"):format(table.concat(shares, ", "))
 end
 
---- What there is, in words: "ground, 12 boxes"; empty where there is nothing.
+--- Names the parts of a world: "ground, 12 boxes"; empty if it has none.
 function world.words(around)
   local slope, parts, flowing = math.acos(math.min(around.up[3], 1)), {}, {}
   local function add(text)

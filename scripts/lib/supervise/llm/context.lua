@@ -144,7 +144,7 @@ local function generations(facts, detail)
   return list
 end
 
--- What became of the former proposals: fields, and the best before and after.
+-- The outcomes of former proposals: their fields, and the best before and after.
 local function outcomes(facts, detail)
   local list, history = host.json.array {}, facts.history
   for k = math.max(2, #history - detail.outcomes + 1), #history do

@@ -23,7 +23,7 @@ local function chat_path(path)
   return path .. (whole and "" or "/v1") .. "/chat/completions"
 end
 
--- What is wrong with a key, without repeating it.
+-- Describes the problem of a key, without repeating the key.
 local function bad_key(key)
   if key == "" then return "is empty" end
   if key:find "[\r\n]" then return "contains a line break" end

@@ -44,7 +44,7 @@ local function request_of(messages, schema, template, detail)
     messages_sha256 = host.sha256(host.json.encode { messages = messages, schema = schema }) }
 end
 
--- What the user's own context function returns, {} without one; nil and a message.
+-- Calls the user's own context function. Returns its table, {} without one; or nil and a message.
 local function own_holes(call, history, limits)
   if not call then return {} end
   local ok, values = failure.attempt_user(call, shown.of(history), limits)

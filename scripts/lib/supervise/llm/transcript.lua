@@ -27,7 +27,7 @@ local function whole_lines(text) return text:sub(1, text:match ".*()\n" or 0) en
 
 local sha256, words = schema.text(("%x"):rep(64), "64 hexadecimal digits"), schema.string
 local required, whole = schema.required, schema.whole(0, 2 ^ 53)
--- What is read of a line again.
+-- The fields of a line that are read again.
 local rule = schema.record { schema = required(schema.choice { SCHEMA }),
   kind = required(schema.choice { "attempt", "outcome" }), repetition = required(whole),
   generation = required(whole), source = words, why = words, reason = words, unchanged = whole,

@@ -2,9 +2,10 @@
 
 local usage = {}
 
--- Of text that is mostly numbers.
+-- for text that is mostly numbers
 local BYTES_PER_TOKEN = 3
--- Most tokens that one answer or its prompt may be said to have, a hundred times what models take.
+-- most tokens that an endpoint may report for an answer or its prompt: a hundred times a model's
+-- context
 local MOST_TOKENS = 1e9
 
 --- A count of tokens as an endpoint reports it; nil unless it is a whole number from 0 to 1e9.

@@ -32,7 +32,7 @@ local TABLE = { { "lattice" }, { "robots", "robots", "%d" }, { "precision" }, { 
   { "blocks", "blocks_of_multiprocessor" },
   { "kernel", function(row) return row.origin or row.failed end } }
 
--- What is timed: each axis with the default precision, or every combination.
+-- Plans the measurements: each axis with the default precision, or every combination.
 local function plan(full)
   local list, taken = {}, {}
   local function add(edge, robots, precision, effects, scene)

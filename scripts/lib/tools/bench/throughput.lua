@@ -14,7 +14,7 @@ local PRECISIONS = { "single", "compensated", "double" }
 local FIVE = { 5, 5, 5 }
 local ROUNDS = 5
 
---- What every bench returns; those that only some set are in their files.
+--- The result of every bench; fields that only some set are in their files.
 ---@class limax.bench_result
 ---@field columns string[]
 ---@field rows table[]

@@ -18,7 +18,7 @@ local source = require "limax.base.source"
 
 local outcome = {}
 
---- What the outcome is, for tables.
+--- Describes the outcome in tables.
 outcome.TEXT = "best_standard of the last generation, its champion simulated again at publish"
 local TIER = "publish"
 

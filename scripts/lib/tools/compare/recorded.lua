@@ -6,10 +6,10 @@ local flat = require "limax.base.flat"
 
 local recorded = {}
 
--- What an archive's numbers mean.
+-- The setting on which the numbers of an archive depend.
 local function archive_of(config) return config.archive end
 
--- What a hypervolume means.
+-- The settings on which a hypervolume depends.
 local function front_of(config)
   local found = {}
   for _, part in ipairs { config.archive or false, config.survival or false } do

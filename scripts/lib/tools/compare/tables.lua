@@ -42,7 +42,7 @@ local function rows_of(result)
   return rows
 end
 
--- What the centres of all arms are: with few runs a median, else the interquartile mean.
+-- The name of the arms' centres: the median with few runs, else the interquartile mean.
 local function centre_name(result)
   local name
   for _, arm in ipairs(result.arms) do

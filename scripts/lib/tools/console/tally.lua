@@ -38,7 +38,7 @@ end
 local PARTS = { { "simulate", "simulation" }, { "fitness", "fitness", "fitness" },
   { "breed", "selection and breeding", "selection", "survival" }, { "ranks", "other ranks" } }
 
---- What the time was spent on, as a line; functions of the script with their place.
+--- A line with the shares of the time; functions of the script with their place.
 ---@param config table
 function Tally:time_text(config)
   local total, texts = 0, {}

@@ -35,7 +35,7 @@ end
 
 local CARRIED = { gravity = true, ground = true, friction = true, actuation = true, damping = true }
 
--- What a .vxa cannot carry of a scene: a test, and the note if it holds.
+-- Fields of a scene that a .vxa cannot hold: a test, and the note if it is true.
 local LOSSES = {
   { function(s)
     local a = s.gravity and s.gravity.acceleration

@@ -77,7 +77,7 @@ local function ranges()
   return list
 end
 
--- What is named, or written as a function.
+-- Type of a field that takes a piece of the library or a function.
 local PIECE = "a name, a table or a function "
 
 local function described()

@@ -9,7 +9,7 @@ local stub = {}
 
 local head = [[
 ---@meta limax
---- What `require "limax"` gives, for editors. Made by the build; never run.
+--- The module `limax`, for editors. Made by the build; never run.
 
 error "this file is for editors"
 ]]

@@ -23,7 +23,7 @@ local function axis_of(measure, range)
     high = range and range[2] }
 end
 
--- What the page shows of a robot.
+-- A robot as the page shows it.
 local function robot_of(row, list, values)
   local parts = {}
   for k, measure in ipairs(list) do

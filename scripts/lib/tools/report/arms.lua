@@ -15,7 +15,7 @@ local arms = {}
 local ASIDE = { seed = true, repetitions = true, run = true, name = true, schema = true,
   not_in_paper = true, record = true, evaluations = true }
 
--- What must be equal in all runs: the question (fitness, world, body, time) and the budget.
+-- Fields that must be equal in all runs: the question (fitness, world, body, time) and the budget.
 local QUESTION = { fitness = true, lattice = true, materials = true, scene = true,
   population = true, generations = true }
 -- of `simulation` everything except what a tier sets: the outcome is simulated again at one tier
@@ -138,7 +138,7 @@ end
 ---@field by_pair table<string, limax.report.run> by "seed/repetition"
 ---@field donor string|nil
 
---- What makes two runs a pair.
+--- The key of a run's pair: runs with equal keys are compared.
 function arms.pair(run) return ("%s/%d"):format(run.seed, run.repetition) end
 
 -- Sorts runs by their pairs, and refuses duplicates.

@@ -23,7 +23,7 @@ local function short(name)
   return name:sub(1, MOST_LETTERS - 1):gsub("[\192-\255][\128-\191]*$", "") .. "…"
 end
 
---- What lines and bands show: "Lines: median of n = 3 runs per arm; band: lowest to highest of 3."
+--- Explains lines and bands: "Lines: median of n = 3 runs per arm; band: lowest to highest of 3."
 function curves.meaning(list)
   local texts = {}
   for k, arm in ipairs(list) do

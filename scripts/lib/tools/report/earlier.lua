@@ -60,7 +60,7 @@ function earlier.robot(run, id)
   return description
 end
 
--- What a file or folder holds: the path of a robot file, or a description; and its name.
+-- The robot of a file or folder: the path of a robot file, or a description; and its name.
 local function source_of(word, id)
   if not runs.is_folder(word) then
     if host.file.exists(word) ~= "file" then

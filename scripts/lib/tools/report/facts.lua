@@ -59,7 +59,7 @@ end
 
 -- The parts of a generation's time, in their order.
 local PARTS = { "supervise", "breed", "express", "simulate", "fitness", "write" }
--- What a model cost: fields of a line of timing, and their columns.
+-- The costs of a model: fields of a line of timing, and their columns.
 local MODEL = { { "asks", "model's questions" }, { "fallen_back", "without its answer" },
   { "model_seconds", "waiting for it, s" }, { "input_tokens", "tokens read" },
   { "output_tokens", "tokens written" }, { "cost", "cost" } }
@@ -133,7 +133,7 @@ function facts.differences(folders)
   return columns, rows
 end
 
---- What supervisors changed and why, the newest last.
+--- The changes by supervisors, with reasons, the newest last.
 ---@return string[] columns
 ---@return any[][] rows
 ---@return integer left out

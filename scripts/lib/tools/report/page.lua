@@ -50,7 +50,7 @@ local function cost(list)
   return html.table(columns, rows, "Seconds by part of a generation, all repetitions together")
 end
 
--- What follows the charts of a section.
+-- The text or table below the charts of a section.
 local BELOW = { learning = learning, parameters = supervision, cost = cost,
   failures = function() return "" end }
 
@@ -100,7 +100,7 @@ local function configuration(folders)
   return section("configuration", "Configuration", table.concat(parts))
 end
 
--- What `limax compare` prints about these arms, or why it cannot; nothing of a single one.
+-- The output of `limax compare` for these arms, or its error; empty for a single arm.
 local function comparison(folders, list, options)
   if #list < 2 or options.robots == false then return "" end
   local fine, text = failure.attempt(function()
@@ -113,7 +113,7 @@ local function comparison(folders, list, options)
       :format(html.escaped(text)) or note("limax compare: " .. failure.bare(text)))
 end
 
--- Of each arm, in how many generations its supervisor failed.
+-- Notes on the generations in which the supervisor of each arm failed.
 local function supervisor_failures(list)
   local notes = {}
   for _, arm in ipairs(list) do

@@ -249,7 +249,7 @@ function runs.score_text(run, line)
   return table.concat(parts, ", ")
 end
 
---- What failed supervisors did to these runs; nil where none failed.
+--- A note about failed supervisors of these runs; nil if none failed.
 ---@param list limax.report.run[]
 ---@return string|nil
 ---@return boolean all did they fail in every generation?

@@ -206,8 +206,8 @@ end
 ---@param text string
 function methods:note(text) self.notes[#self.notes + 1] = tostring(text) end
 
---- What the suite's fixture of this name makes: once for this test, or once for the file if it is
---- shared.
+--- The value of the suite's fixture of this name, which is made once for this test, or once for the
+--- file if it is shared.
 ---@param name string
 ---@return any
 function methods:fixture(name)

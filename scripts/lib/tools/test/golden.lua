@@ -112,7 +112,7 @@ local function tolerance_text(record)
   return ("%s (rtol %g, atol %g: %s)"):format(record.class, record.rtol, record.atol, record.why)
 end
 
--- What changes; nil if nothing does.
+-- Describes the change of a golden value; nil if there is none.
 local function change_of(old, request, differences)
   local count = #differences == 1 and "1 value" or #differences .. " values"
   if #differences > 0 then return count .. ", old -> new" .. listed(differences) end
