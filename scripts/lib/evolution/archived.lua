@@ -17,14 +17,15 @@ local view = require "limax.engine.view"
 
 local archived = {}
 
--- draws for a child have its index; no population is as large
+-- index of the archive's random numbers; those of a child have its index, and no population is so
+-- large
 local INDIVIDUAL = 2 ^ 32 - 1
 
 -- The keys under which a row has the row of its robot and its genome, float[genes]; and a copy for
 -- scripts the row that it shows.
 local ROBOT, GENOME, SHOWN = {}, {}, {}
 
--- An archive after robots entered and ids left.
+-- Makes the archive after robots entered and ids left.
 local function changed(before, entered, leaving)
   local list, place, members = {}, {}, {}
   for _, row in ipairs(before and before.rows or {}) do
@@ -42,15 +43,15 @@ local function changed(before, entered, leaving)
   return { rows = list, place = place, members = members }
 end
 
--- The row of robot i of a generation.
+-- Makes the row of robot i of a generation.
 local function row_of(definition, row, generation, i)
   return { id = row.id, generation = generation, index = i,
     island = definition.islands and row.island or nil, fitness = row.fitness,
     descriptors = row.descriptors, objectives = row.objectives, novelty = row.novelty }
 end
 
---- Offers the new robots of a scored generation. Where each island has its own cells, those that
---- came from another one are new too: none else is older.
+--- Offers the new robots of a scored generation. If each island has its own cells, robots that came
+--- from another island are new too.
 ---@param before limax.archived|nil that of the generation before
 ---@param robots limax.population.scored whose rows get `novelty`, `entered` and `cell`
 ---@return limax.archived
@@ -77,7 +78,7 @@ function archived.enter(before, robots)
   return changed(before, entered, leaving)
 end
 
---- An archive after the robots of another generation, which entered before.
+--- Adds the robots of a recorded generation that entered the archive.
 ---@param before limax.archived|nil
 ---@param definition limax.archive.definition
 ---@param robots limax.rows
@@ -132,7 +133,7 @@ function archived.measure(self, definition)
   return line
 end
 
---- The robot of a row that a script names as a parent; nil for a table that is no row of this
+--- The robot of a row that a script names as a parent; nil for a table that is not a row of this
 --- archive.
 ---@param self limax.archived
 ---@param shown any

@@ -1,6 +1,6 @@
 --- division.lua: a generation on several ranks of mpirun. All have all robots; each simulates and
---- scores a slice of those without a score, and gets what the others found. Breeding is repeated by
---- all. What a rank computes differently is noticed in the next exchange.
+--- scores a slice of those without a score, and gets the results of the others. Each breeds the
+--- whole generation. The next exchange detects a rank that computes something else.
 
 local ffi = require "ffi"
 
@@ -51,7 +51,7 @@ local function checked_by(robots, r)
   return robots.slices[own][1], own
 end
 
---- Which robots of a mask this rank simulates.
+--- The robots of a mask that this rank simulates.
 ---@param robots limax.population.scored
 ---@param mask boolean[]
 ---@return boolean[]
@@ -82,7 +82,7 @@ end
 
 -- ---- what must be equal -------------------------------------------------------------------------
 
--- Hashes of what all ranks made by themselves, in the order in which it was made.
+-- Hashes of the genomes and bodies that each rank made, in the order in which they were made.
 local function fingerprint(robots)
   local made, count = robots.engine, math.min(#robots, COMPARED)
   local others = #robots - count
@@ -156,8 +156,7 @@ local function compare_scores(robots, messages)
   end
 end
 
--- Raises where the functions that score wrote to the state: other ranks do not have what they
--- wrote.
+-- Raises if functions that score robots wrote to the state, which other ranks do not receive.
 local function check_state(robots, own_state)
   local before = robots.before.state
   if before and state.encode(own_state) ~= state.encode(before) then
@@ -169,7 +168,7 @@ end
 
 -- ---- the exchange -------------------------------------------------------------------------------
 
--- Takes the robots that another rank scored.
+-- Copies the robots that another rank scored into this generation.
 local function take(robots, slice, bytes)
   if not slice[1] then return end
   local sent, all = unpacked(robots, bytes), robots.rows.data
@@ -183,7 +182,7 @@ local function take(robots, slice, bytes)
   rows_file.take(robots.rows, slice, sent)
 end
 
---- Gives the robots that this rank scored to all others and takes theirs.
+--- Sends the robots that this rank scored to all others, and receives theirs.
 ---@param robots limax.population.scored simulated and scored here
 ---@param failures scoring.failure[] of the robots that were scored here
 ---@param own_state table|nil that the functions that score may have written to
@@ -209,7 +208,7 @@ function division.exchange(robots, failures, own_state)
     for _, each in ipairs(message.failures) do failed[#failed + 1] = each end
     for _, each in ipairs(message.warnings) do robots.world.say(each.text, each.key) end
   end
-  -- a rank stops scoring where the run must end
+  -- a rank stops scoring if the run must end
   if #failed == 0 then compare_scores(robots, messages) end
   measure(slices, messages)
   return failed

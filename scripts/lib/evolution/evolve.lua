@@ -23,8 +23,8 @@ local supervision = require "limax.supervise.supervision"
 local Run = runs.methods
 local evolve = {}
 
--- Bodies of new genomes. A GPU begins to step them while the host describes them and writes the
--- last generation.
+-- Makes the bodies of new genomes. A GPU begins to step them while the host describes them and
+-- writes the last generation.
 local function express(run, robots)
   local began = host.clock()
   genes.express(run.world:rules(robots), robots.engine)
@@ -54,7 +54,7 @@ function evolve.first(run)
   return generations.check_bodies(express(run, robots))
 end
 
--- The supervisor's decision, in which what an own loop chose comes first.
+-- The supervisor's decision. Parameters that an own loop chose replace those of the supervisor.
 local function decide(run, robots)
   local ranking, choice = mating.ranking(robots), robots.choice or {}
   local decided = supervision.decide(run, robots)
@@ -71,7 +71,7 @@ local function decide(run, robots)
   return decided
 end
 
--- The generation after a recorded one; nil after the last.
+-- Makes the generation after a recorded one; nil after the last.
 local function breed(run, robots)
   local began = host.clock()
   if not budget.allows_another(run.world.config, robots.generation + 1, run.evaluations) then
@@ -87,7 +87,7 @@ local function breed(run, robots)
   return express(run, children)
 end
 
---- Scores what the loop left out, and records it, once.
+--- Records a generation once. Scores it first if the loop did not.
 ---@param run limax.run
 ---@param robots limax.population.scored
 ---@return limax.generation|nil entry of the history; nil on other ranks than the first
@@ -98,7 +98,7 @@ function evolve.record(run, robots)
   return robots.entry
 end
 
---- Ends a generation.
+--- Records and writes a generation, and breeds the next one.
 ---@param run limax.run
 ---@param robots limax.population.scored
 ---@return limax.population.scored|nil the next one; nil after the last
@@ -107,7 +107,7 @@ function evolve.next(run, robots)
   evolve.record(run, robots)
   if run.session then record.write(run, robots) end -- on disk before a model is asked
   local upcoming
-  -- written while a GPU steps the next one, and whatever breeding raises
+  -- written while a GPU steps the next one, and also after an error of breeding
   failure.finally(function() record.write(run, robots) end,
     function() upcoming = breed(run, robots) end)
   if not is_restored then run:check_variables() end

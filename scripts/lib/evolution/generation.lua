@@ -1,7 +1,7 @@
 --- generation.lua: one generation as plain data, which each step takes and returns: an array of
---- robots with their rows, genomes and bodies, the world that they are simulated in, and what the
---- generation before left. Scripts advance it by `:simulate()`, `:score(fitness)` and
---- `:breed{...}`; each step first does the steps before it that were left out.
+--- robots with their rows, genomes and bodies, the world that they are simulated in, and values of
+--- the generation before. Scripts advance it by `:simulate()`, `:score(fitness)` and `:breed{...}`;
+--- each step first does the steps before it that were left out.
 
 local archived = require "limax.evolution.archived"
 local division = require "limax.evolution.division"
@@ -39,10 +39,10 @@ local Population = strict.methods "population"
 local class = { methods = Population }
 
 -- The fields that scripts read, and those that only the loop reads; a population may lack some.
--- `before` is what the generation before left: state, archive, and the fitness that scored it.
--- `decided` is how it got its parameters: ledger, numbers for timing.jsonl, did the supervisor
--- fail. `going` are its simulations while they are advanced, `traces` those of each robot after
--- that, `waits` whether there is no memory for them yet, and `choice` what `breed` was called with.
+-- `before` has the state, the archive and the fitness of the generation before. `decided` has the
+-- supervisor's decision: ledger, numbers for timing.jsonl, did the supervisor fail? `going` are its
+-- simulations while they are advanced, `traces` those of each robot after that, `waits` is true
+-- while there is no memory for them, and `choice` is the argument of `breed`.
 local FIELDS, OF_LOOP = {}, {}
 for name in ([[ranked generation repetition parameters engine materials rows trials archive
     evaluations timing island state]]):gmatch "%S+" do
@@ -111,7 +111,7 @@ function generation.part(robots)
   return copy
 end
 
---- Warns where a function of the script made only the first body.
+--- Warns if a function of the script made only the first body.
 ---@param robots limax.population.scored
 ---@return limax.population.scored robots
 function generation.check_bodies(robots)
@@ -127,7 +127,7 @@ end
 
 -- ---- simulating ---------------------------------------------------------------------------------
 
--- One simulation per trial of some robots.
+-- Makes a simulation of some robots for each trial.
 local function simulations_of(robots, mask, materials, options)
   local list = {}
   for k, trial in ipairs(robots.trials) do
@@ -137,7 +137,7 @@ local function simulations_of(robots, mask, materials, options)
   return list
 end
 
--- Warns once where a trial's drive is too fast for the time steps of the robots.
+-- Warns once if a trial's drive is too fast for the time steps of the robots.
 local function check_drive(robots, mask)
   for k, trial in ipairs(robots.trials) do
     local longest = 0
@@ -152,8 +152,8 @@ local function check_drive(robots, mask)
   end
 end
 
--- Which robots have no status yet and are simulated here: all but the elites that keep their score
--- and those of other ranks. And how many have none.
+-- Finds the robots to simulate here: those without a status (elites keep theirs), without those of
+-- other ranks. Returns also the number of robots without a status on all ranks.
 local function unsimulated(robots)
   local mask, count = {}, 0
   for i, row in ipairs(robots.rows) do
@@ -181,7 +181,7 @@ end
 
 local function is_memory(value) return fault.is(value) and value.kind == "memory" end
 
---- Gives the memory of a generation's simulations back: it begins again later, from the start.
+--- Frees the memory of a generation's simulations, which begin again later, from the start.
 ---@param robots limax.population.scored
 function generation.wait(robots)
   if robots.going then generation.free(robots.going.steps.all, "there was no memory for it") end
@@ -198,7 +198,7 @@ function generation.begin_beside(robots)
   generation.wait(robots)
 end
 
--- Takes what the simulations gave.
+-- Ends the simulations of a generation and sets the outcomes of its robots.
 local function settle(robots)
   local going = robots.going
   rows.settle(robots.rows, going.steps.all, going.mask)
@@ -240,8 +240,8 @@ function Population:simulate(on_progress)
   end
 end
 
--- Simulations of some robots that are ready to be stepped. Where the memory is not enough beside
--- other repetitions, these begin again later.
+-- Makes simulations of some robots that are ready to be stepped. If there is not enough memory
+-- beside other repetitions, these begin again later.
 local function prepared(robots, mask, materials, options)
   local list
   local function prepare()
@@ -258,8 +258,8 @@ local function prepared(robots, mask, materials, options)
   return list
 end
 
---- Some robots simulated once more, in each trial, under other materials or options. The population
---- stays as it is.
+--- Simulates some robots once more, in each trial, under other materials or options. Does not
+--- change the population.
 ---@param robots limax.population.scored
 ---@param mask boolean[] which ones
 ---@param materials limax.materials
@@ -299,7 +299,7 @@ end
 
 -- ---- scoring ------------------------------------------------------------------------------------
 
--- Why no robot of a generation has a score, in one line.
+-- Explains in one line why no robot of a generation has a score.
 local function failure_text(robots)
   local counts, reasons, diverged = {}, {}, false
   for _, row in ipairs(robots.rows) do
@@ -322,7 +322,7 @@ local function failure_text(robots)
     #robots, table.concat(reasons, ", "), advice)
 end
 
--- Warns once where a function of the script scores robots by their first trial only.
+-- Warns once if a function of the script scores robots only by their first trial.
 local function check_trials_read(robots, law, wanted)
   if #robots.trials == 1 or law.name ~= "function" then return end
   for i, row in ipairs(robots.rows) do
@@ -348,7 +348,7 @@ local function constant_text(robots)
     all[first].fitness)
 end
 
--- Scores robots that were simulated here, and takes the scores of other ranks.
+-- Scores robots that were simulated here, and receives the scores of other ranks.
 local function call_fitness(robots, law, wanted, own_state)
   local world, began = robots.world, host.clock()
   local failures = scoring.score { call = law.call, ours = law.name ~= "function", robots = robots,
@@ -364,9 +364,8 @@ end
 -- bytes of a state that is better kept elsewhere
 local LARGE_STATE = 2 ^ 20
 
--- The state that a scored generation leaves. It is encoded once: the run goes on with what a reader
--- of the journal would get, so that a continued run cannot differ from one that was never
--- interrupted.
+-- Stores the state after a scored generation. The run goes on with the state as a reader of the
+-- journal would decode it, so that a continued run cannot differ from an uninterrupted one.
 local function keep_state(robots, own_state)
   robots.state_text = own_state and state.encode(own_state)
   rawset(robots, "state", own_state and state.decode(robots.state_text))

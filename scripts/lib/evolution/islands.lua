@@ -6,8 +6,8 @@ local generations = require "limax.evolution.generation"
 
 local islands = {}
 
--- A scored population of each island's robots: a field that is not a list of robots is that of the
--- whole population, in which `places` are its robots.
+-- Makes a scored population of each island's robots. `places` are their indices in the whole
+-- population, whose other fields it shares.
 local function views(robots, count)
   local list, place = {}, {}
   for k = 1, count do
@@ -37,7 +37,7 @@ local sources = {
   end,
 }
 
--- The best robots that island `k` receives, without those that go on there anyway.
+-- The best robots that island `k` receives, without those that survive there already.
 local function migrants(robots, k, survivors, options, random)
   local from, there, list = sources[options.topology](k, options.count, random), {}, {}
   for _, i in ipairs(survivors) do there[robots.rows[i].id] = true end
@@ -51,12 +51,12 @@ local function migrants(robots, k, survivors, options, random)
   return list
 end
 
----@class limax.islands.steps what islands take from the loop
+---@class limax.islands.steps functions of the loop that work on one island
 ---@field survive fun(view: table): integer[], table survivors, and the pool of parents
 ---@field choose fun(pool: table, child: integer): (integer|limax.archive.row)[] two parents
 ---@field random limax.random of the topology
 
--- The robots that go on, island by island, by their indices in the whole population.
+-- The survivors of each island by their indices in the whole population.
 local function go_on(robots, lists, options, generation, steps)
   local size, arriving = #robots / options.count, {}
   for k, list in ipairs(lists) do

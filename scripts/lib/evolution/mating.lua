@@ -27,7 +27,7 @@ local function check_index(index, robots, what, ...)
   return index
 end
 
---- Checks a list of robots that go on or may be parents: each with a score, and none twice.
+--- Checks a list of survivors or parents: each has a score, and none is listed twice.
 ---@param robots limax.population.scored
 ---@param list integer[]
 ---@param what string names the list in messages: "breed: elites"

@@ -1,5 +1,5 @@
---- record.lua: what a run keeps of each generation: an entry of its history and the files in its
---- folder; also its way back, to continue a run.
+--- record.lua: records each generation, as an entry of the history and as files in the run folder,
+--- and restores the last generation of a folder to continue a run.
 
 local archived = require "limax.evolution.archived"
 local engine = require "limax.engine"
@@ -21,14 +21,14 @@ local record = {}
 
 -- ---- recording ----------------------------------------------------------------------------------
 
--- The champion's score under the run's first materials; nil where it does not end well under them.
+-- The champion's score under the run's first materials; nil if it does not end well under them.
 local function standard_score(run, robots)
   local world, best = robots.world, robots.ranked[1]
   local champion = robots.rows[best]
   if materials.equal(materials.fields(robots.materials), world.first_fields) then
     return champion.fitness
   end
-  -- the score of a robot that was the champion before cannot have changed in the same trials
+  -- the same robot in the same trials has the same score
   local before = run.history[#run.history]
   if before and before.champion.id == champion.id and before.population.trials == robots.trials
     and robots.scored_with == robots.before.scored_with then
@@ -89,8 +89,7 @@ local function remember(run, line, ledger)
   return run.entries:add(run.history, line, ledger, last.values)
 end
 
---- Ends a scored generation: its traces end, and the first rank adds it to the history, which its
---- supervisor reads.
+--- Records a scored generation: ends its traces, and the first rank adds it to the history.
 ---@param run limax.run
 ---@param robots limax.population.scored
 function record.enter(run, robots)
@@ -124,7 +123,7 @@ end
 
 -- ---- reading back -------------------------------------------------------------------------------
 
--- A generation of plain data, with genomes and bodies where `genomes` are there.
+-- Makes a generation of plain data, with genomes and bodies if `genomes` is not nil.
 local function rebuilt(run, kept, all, genomes)
   local world = run.world
   local robots = generations.new(world, { generation = kept.generation, rows = all,
@@ -146,7 +145,7 @@ local function read_rows(run, kept, bytes)
     kept.generation, run.world.repetition, message))
 end
 
--- The genomes of an old generation of a run with a folder, which reads them when they are needed.
+-- Genomes of an old generation, which are read from the run folder when they are needed.
 local Stored = {}
 Stored.__index = Stored
 
@@ -264,7 +263,7 @@ function record.restore(run, kept)
       run.world.say "the archive keeps scores and descriptors from before the change"
     end
   end
-  -- an experiment that has a state now, and had none, begins with its first one
+  -- an experiment that had no state before begins with its first one
   rawset(robots, "state", kept.state or run.world:first_state())
   robots.entry = exchange.is_first and remember(run, kept.metrics, kept.ledger) or {}
   if exchange.is_first then robots.entry.population = robots end

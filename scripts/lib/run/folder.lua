@@ -1,5 +1,5 @@
---- folder.lua: writes the folder of a run (reader.lua reads it). What no line of the journal names
---- does not exist for a reader, so that it needs no lock and sees no half-written file.
+--- folder.lua: writes the folder of a run (reader.lua reads it). A reader opens only files that a
+--- line of the journal names, so that it needs no lock and sees no half-written file.
 
 local ffi = require "ffi"
 
@@ -75,7 +75,7 @@ local function put(self, place, text)
   return { size, hash }
 end
 
--- The same of an array, whose header is followed by `size` bytes that `fill` writes. Its hash is a
+-- Writes an array asynchronously: a header, and `size` bytes that `fill` writes. Its hash is a
 -- placeholder until it is on disk.
 local function put_array(self, place, header, size, fill)
   local memory = ffi.cast("char *", self.writer:array(#header + size))
@@ -104,7 +104,7 @@ local function note(self, line, state_text)
   return job
 end
 
--- Writes a file after all that is still to be written, and waits until it is on disk.
+-- Writes a file, and waits until it and all earlier ones are on disk.
 local function write_now(self, place, text)
   make_folder_of(self, place)
   put(self, place, text)
@@ -165,7 +165,7 @@ end
 
 -- ---- a new run ----------------------------------------------------------------------------------
 
--- An object that writes a folder; nil and a message where another process does.
+-- Locks a folder and makes the object that writes it; nil and a message if it is locked.
 local function locked(path)
   local lock, message = host.file.lock(path .. "/" .. journal.FILE)
   if not lock then return nil, message end
@@ -198,7 +198,7 @@ function folder.next_free(name)
   return ("runs/%s-%d"):format(name, n)
 end
 
---- Makes and locks a folder that `begin` makes a run; nil and a message where it is used already.
+--- Makes and locks a folder for `begin`; nil and a message if it is used already.
 ---@return limax.run_folder|nil
 ---@return string|nil
 function folder.take(path)
@@ -221,8 +221,7 @@ function folder.take(path)
   return nil, used
 end
 
--- Removes everything below a path that `is_needless` names, given the file's name, and parts of
--- files.
+-- Removes below a path all partly written files, and those for whose name `is_needless` is true.
 local function clean(self, path, is_needless)
   for _, name in ipairs(host.file.list(path) or {}) do
     local inner = path .. "/" .. name
@@ -234,12 +233,12 @@ local function clean(self, path, is_needless)
   end
 end
 
--- Scripts, each under its name below `place`.
+-- Writes scripts, each under its name below `place`.
 local function write_scripts(self, place, scripts)
   for _, copy in ipairs(scripts) do write_now(self, place .. "/" .. copy.file, copy.text) end
 end
 
---- Writes what a run begins with into a folder that was just taken.
+--- Writes configuration and scripts into a folder from `take`.
 ---@param options { repetition: integer|nil, overrides: string[]|nil, own_loop: true|nil }
 function Folder:begin(experiment, options)
   local made, scripts = config.of(experiment, options)
@@ -276,13 +275,13 @@ end
 
 -- ---- continuing a run ---------------------------------------------------------------------------
 
---- Opens a run folder to go on with it, and locks it. Nothing is changed yet.
+--- Opens and locks a run folder, to continue it. Changes nothing yet.
 ---@return limax.run_folder
 function folder.open(path)
   local read = folder.read(path)
   local self, message = locked(read.path)
   if not self then failure.raise(1, message) end
-  -- as it is now that nobody else writes it
+  -- read again: another process may have written it before the lock
   read = folder.read(read.path)
   for name, value in pairs(read) do self[name] = value end
   for _, r in ipairs(self:repetitions()) do
@@ -292,8 +291,8 @@ function folder.open(path)
   return self
 end
 
--- The repetitions that lose generations after `from`: those that are damaged, or all. Refuses what
--- could not go on.
+-- The repetitions that lose generations after `from`: those that are damaged, or all. Refuses a
+-- generation from which a run could not continue.
 local function cut_of(self, damage, from)
   local damaged, all, last = {}, host.json.array {}, -1
   for _, each in ipairs(damage) do
@@ -319,7 +318,7 @@ local function cut_of(self, damage, from)
   return all
 end
 
--- Refuses a damaged folder, and says from which generation it can go on.
+-- Refuses a damaged folder. The message names the generation from which the run can continue.
 local function refuse_damage(self, damage)
   local last, remedy = check.last_whole(self, damage), "restore what is damaged from a copy"
   if check.is_unreadable(damage) then
@@ -342,7 +341,7 @@ local function remaining(damage, from)
   return rest
 end
 
--- After a cut: the transcript without what belongs to later generations.
+-- Removes the lines of removed generations from the transcript.
 local function cut_transcript(self)
   local text = source.read(self.path .. "/transcript.jsonl")
   if not text then return end
@@ -418,7 +417,7 @@ function Folder:continue(made, scripts, changed, from)
     note(self, { kind = "cut", from = from, repetitions = repetitions })
     self:settle()
   end
-  -- also where a process was killed in between
+  -- also if a process was killed in between
   if (self.journal.last or {}).kind == "cut" then cut_transcript(self) end
   cut_files(self)
   configure(self, made)
@@ -432,7 +431,7 @@ end
 
 -- ---- the end ------------------------------------------------------------------------------------
 
---- Writes how the run ended. It is done only with every named file there.
+--- Writes how the run ended: it is done only if every named file exists.
 ---@param ended "done"|"stopped"|"failed"
 ---@param message? string why it failed
 function Folder:finish(ended, message)

@@ -1,15 +1,15 @@
---- history.lua: what supervisors read: one entry per scored generation. All of it stays readable
---- except traces, and without a folder the genomes of older generations. Of an old entry a run with
---- a folder keeps in memory only what is compared over whole runs, and reads the rest from the
---- folder on demand: so a generation needs the same time however many came before.
+--- history.lua: the history that supervisors read: one entry per scored generation, without its
+--- traces, and in a run without a folder without the genomes of older generations. A run with a
+--- folder keeps few fields of old entries in memory and reads the others on demand, so that the time
+--- of a generation does not grow with their number.
 
 local history = {}
 
 --- Number of generations whose genomes stay in memory: as many as the paper's supervisor sees.
 history.genomes_kept = 3
 
---- Number of newest generations whose entries stay in memory, all but their robots; so does the
---- first generation's.
+--- Number of newest generations whose entries stay in memory, except their robots. The entry of the
+--- first generation also stays.
 history.whole_kept = 1000
 
 --- Is the entry of this generation too old to be whole in memory, when `last` is the newest?

@@ -69,7 +69,7 @@ function visit.generation(self, line, number)
       .. " repetition %d"):format(expected, r), r, expected)
   end
   self.next[r] = g + 1
-  -- nothing is read beyond a gap
+  -- lines beyond a gap do not count
   if #list == g then list[g + 1] = line end
   self.transcript = math.max(self.transcript, line.transcript or 0)
 end
@@ -90,7 +90,7 @@ end
 
 visit["end"] = function() end
 
--- The generation of a damaged line, as far as its text shows one that was expected.
+-- The generation of a damaged line, if its text still names the one that was expected.
 local function guess(self, text)
   local r = tonumber(text:match '"repetition":(%d+)')
   local g = tonumber(text:match '"generation":(%d+)')
@@ -99,7 +99,7 @@ local function guess(self, text)
   return r, g
 end
 
--- Takes a line, which ends in a line break.
+-- Reads a line, which ends in a line break.
 local function take(self, text, number)
   local line, reason = sealed.open(text)
   local rule = line and rules[line.kind]
@@ -121,8 +121,7 @@ local function take(self, text, number)
   visit[line.kind](self, line, number)
 end
 
---- Reads the journal of a folder. A last line without its end is being written, or was torn: it is
---- ignored.
+--- Reads the journal of a folder. Ignores a last line without its end.
 ---@param folder string
 ---@return limax.journal|nil
 ---@return string|nil message
@@ -147,7 +146,7 @@ function journal.read(folder)
   return self
 end
 
---- Adds a line to what is known, as it is written.
+--- Adds a line and returns its text.
 ---@param line table
 ---@param state? string JSON of the field `state`
 ---@return string text
@@ -170,7 +169,7 @@ end
 function Journal:newest(repetition) return #(self.generations[repetition] or {}) - 1 end
 
 --- The state of the run: "running" while a process holds the lock, else how the last one ended,
---- "stopped" where it was killed.
+--- "stopped" if it was killed.
 ---@return "running"|"done"|"stopped"|"failed"
 ---@return string|nil message why it failed
 function Journal:state()

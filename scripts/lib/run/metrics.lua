@@ -34,8 +34,8 @@ end
 -- The counter of a robot that failed, by its status.
 local counter_of = { invalid = "invalid", diverged = "diverged", failed = "fitness" }
 
--- Number of robots that failed, by what they failed at, and of those whose step was coarse: one of
--- their masses moved farther than a tenth of an edge in one step.
+-- Numbers of robots that failed, by status, and of robots with a coarse step: one of their masses
+-- moved farther than a tenth of an edge in one step.
 local function count_problems(all)
   local failed, coarse = { invalid = 0, diverged = 0, fitness = 0 }, 0
   for _, row in ipairs(all) do

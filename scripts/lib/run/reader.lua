@@ -38,7 +38,7 @@ local function damaged(where, message)
   failure.raise_damaged(("%s: %s"):format(where, (tostring(message):gsub("%c", "?"))))
 end
 
---- Is there a run that can be read?
+--- Is this path a run folder?
 function reader.is_run(path)
   return host.file.exists(path .. "/" .. config.FILE) == "file"
     and host.file.exists(path .. "/" .. journal.FILE) ~= nil
@@ -55,7 +55,7 @@ local function runs_in(folder)
   return ""
 end
 
---- Reads a run folder as it is now; ends the command where it is not one.
+--- Reads a run folder as it is now; ends the command if it is not one.
 ---@param path string
 ---@return limax.run.reader
 function reader.read(path)
@@ -174,7 +174,7 @@ function Reader:lines(name, repetition)
   return list
 end
 
---- The same of one generation, without the fields that say whose it is.
+--- The line of one generation, without the fields that identify it.
 ---@return table
 function Reader:line(name, repetition, generation)
   local found
@@ -203,7 +203,7 @@ function Reader:each_file(visit)
   end
 end
 
--- Why a file of robots is not there; the end of a message.
+-- The reason why a file of robots is missing; the end of a message.
 local function why_missing(entry)
   return entry.recent and (": record.population = \"best\" keeps all robots of the newest %d"
     .. " generations only; \"all\" keeps them"):format(files.RECENT) or ""

@@ -31,7 +31,7 @@ end
 ---@param now table
 ---@return { path: string, before: string, now: string }[]
 function resume.differences(before, now)
-  -- through JSON, so that both sides are what a file can hold
+  -- through JSON, so that both sides have the types of a file
   return flat.differences(flatten(before), flatten(host.json.decode(host.json.encode(now))))
 end
 

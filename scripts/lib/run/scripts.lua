@@ -139,7 +139,7 @@ function scripts.chosen(folder)
   return folder:scripts_path() .. "/" .. tostring(folder.config.run.script), false
 end
 
---- Those of recorded scripts whose originals, beside the script at `path`, have other texts now.
+--- The recorded scripts whose originals, beside the script at `path`, have another text now.
 ---@param path string
 ---@param recorded { file: string, sha256: string }[]
 ---@return { file: string, text: string }[]

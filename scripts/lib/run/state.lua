@@ -46,7 +46,7 @@ local function problem(value, path, above)
   end
 end
 
---- The text of a state; ends the run where it is not plain data.
+--- The text of a state; ends the run if it is not plain data.
 ---@param value any
 ---@return string
 function state.encode(value)

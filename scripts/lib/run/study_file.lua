@@ -14,7 +14,7 @@ study_file.NAME = "study.json"
 
 local rule = record_rules.rule(records.study)
 
---- Is there one in a folder?
+--- Does a folder have a study?
 function study_file.exists(folder)
   return host.file.exists(folder .. "/" .. study_file.NAME) == "file"
 end
