@@ -32,7 +32,7 @@ end
 local options_rule =
   schema.fields { threads = schema.whole(0, MOST_THREADS), isa = schema.string }
 
---- Opens a device. Raises where it is unavailable.
+--- Opens a device. Raises if it is unavailable.
 ---@param name "auto"|"cpu"|"cuda"|nil auto if left out
 ---@param options { threads: integer|nil, isa: string|nil }|nil
 ---@return limax.device

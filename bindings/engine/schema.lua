@@ -12,7 +12,7 @@ local schema = {}
 --- field in messages. Most rules take nil as "absent" and return their default.
 ---@alias schema.rule fun(value: any, path: string): any, string|nil
 
--- Stand for nil where a value is required, so that rules refuse it.
+-- Stand for a required value that is nil, so that rules refuse it.
 local absent, missing = newproxy(), newproxy()
 
 --- A value as messages show it: short, on one line.

@@ -99,7 +99,7 @@ local function update_of(arguments)
   return { reason = arguments.reason }
 end
 
--- Refuses several jobs where one process runs all tests.
+-- Refuses several jobs if one process runs all tests.
 local function check_jobs(arguments)
   for _, name in ipairs { "json_seq", "one_process", "update_golden" } do
     if arguments[name] and arguments.jobs > 1 then

@@ -51,7 +51,7 @@ local function state_line(folder, style)
   return table.concat(parts, "   ")
 end
 
--- The layers of a run's champion as letters; nil where its file is missing or it is large.
+-- The layers of a run's champion as letters; nil if its file is missing or it is large.
 local function letters(run, style)
   local description = runs.description(run, runs.result(run))
   local lattice = description and description.lattice

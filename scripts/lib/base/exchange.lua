@@ -1,6 +1,6 @@
---- exchange.lua: what the processes of one run under mpirun, its ranks, send each other. All take
---- part in every exchange, and an error of one reaches the others in the next one. Without mpirun
---- there is one rank, and nothing is sent.
+--- exchange.lua: messages between the processes of one run under mpirun, its ranks. All take part
+--- in every exchange, and an error of one reaches the others in the next one. Without mpirun there
+--- is one rank, and nothing is sent.
 
 local buffer = require "string.buffer"
 local failure = require "limax.base.failure"
@@ -15,7 +15,7 @@ exchange.count, exchange.index, exchange.is_first = ranks.count, ranks.index, ra
 
 -- of this rank, for rank 0
 local warnings = {}
--- Did the others hear of an error?
+-- Was an error sent to the other ranks?
 local ended = false
 -- s that a rank waits for the one that reports an interrupt, which would end with it
 local LONGEST_REPORT = 5
@@ -68,12 +68,12 @@ function exchange.take_warnings()
   return list
 end
 
---- From here on this rank works by itself, as if it were the only one: on what locks divide.
+--- From here on this rank works as if it were the only one: ranks divide the work by locks.
 function exchange.work_apart()
   is_apart, exchange.count, exchange.index, exchange.is_first = true, 1, 0, true
 end
 
---- Ends this rank's part in the run: the last call.
+--- Ends this rank's part in the run. No call may follow.
 ---@param status integer of the process
 ---@return integer status
 function exchange.finish(status)

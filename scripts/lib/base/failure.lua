@@ -34,7 +34,7 @@ function failure.raise_damaged(message)
   fault.throw { kind = "damaged", status = 1, text = message }
 end
 
---- Calls a function with a value of a file; an error of it is one of the file.
+--- Calls a function with a value of a file; its errors are reported as damage of the file.
 ---@param where string file and line
 ---@param ... any arguments
 ---@return any ... results

@@ -11,7 +11,7 @@ local host = require "limax.host"
 local ranks = { index = 0, count = 1 }
 
 local LIBRARY = "liblimax_mpi.so"
--- s between looks at a gather: short at first, then so long that other ranks get the core
+-- s between polls of a gather: short at first, then so long that other ranks get the core
 local SHORTEST_WAIT, LONGEST_WAIT = 1e-5, 1e-3
 
 -- Processes that the launcher started.
@@ -24,8 +24,8 @@ end
 -- Memory that MPI reads and writes until a gather is complete, also where an interrupt ends it.
 local in_flight -- luacheck: ignore
 
--- Waits until a gather is complete. Only these looks move the data on: while they flow, after all
--- ranks have come, pauses stay short.
+-- Waits until a gather is complete. MPI transfers data only during these polls, so that pauses stay
+-- short once all ranks take part.
 local function wait(longest)
   local pause = SHORTEST_WAIT
   while ffi.C.limax_ranks_done() == 0 do

@@ -10,7 +10,7 @@
 --- hexadecimal digits of 32 random bytes. `key` names it: the first 8 digits of its SHA-256.
 ---
 --- The key is in the file $LIMAX_KEY_FILE, else in limax/key below $XDG_CONFIG_HOME (~/.config).
---- It is made when the first document is sealed. Nobody but its user may access the file.
+--- It is made when the first document is sealed. Only its user may access the file.
 
 local host = require "limax.host"
 local output = require "limax.base.output"
@@ -56,7 +56,7 @@ local function make(path)
   return read(path) -- another process may have made it
 end
 
--- The user's key; nil without one. Warns once where it cannot be used.
+-- The user's key; nil without one. Warns once if it cannot be used.
 local function key_of_user(may_make)
   if cached then return cached end
   local path, message = key_path()
@@ -93,7 +93,7 @@ function seal.add(object)
   return key and sealed(text, key) or text
 end
 
---- A document sealed by this user, with its other bytes as they are; nil and a message where the
+--- A document sealed by this user, with its other bytes as they are; nil and a message if the
 --- key cannot be used, or limax did not write the document so.
 ---@param text string
 ---@return string|nil

@@ -47,7 +47,7 @@ function source.read_own(path)
   return source.read(path)
 end
 
---- Refuses links, and what would wait forever, in a folder that may come from somebody else.
+--- Refuses links, pipes and devices in a folder that may come from somebody else.
 ---@param path string
 ---@param depth integer how many levels of folders below it are looked at too
 function source.refuse_links(path, depth)
@@ -69,7 +69,7 @@ function source.is_below(path)
   return not ("/" .. path .. "/"):find "/%.?%.?/" and not path:find "%c"
 end
 
---- The bytes of a file; nil where there is none.
+--- The bytes of a file; nil if there is none.
 ---@return integer|nil
 function source.size(path)
   local file = source.open(path)
@@ -83,7 +83,7 @@ end
 ---@param bytes integer|nil of it; all if left out
 ---@param visit fun(line: string, at: integer) a line with its end, and the offset of its beginning
 ---@return integer bytes of whole lines
----@return string|nil message where it could not be read to the end
+---@return string|nil message if it could not be read to the end
 function source.each_line(file, bytes, visit)
   local at, left, rest = 0, bytes or math.huge, ""
   while left > 0 do
@@ -102,7 +102,7 @@ function source.each_line(file, bytes, visit)
 end
 
 --- The value of a JSON file.
----@return any nil where the file is missing or damaged
+---@return any nil if the file is missing or damaged
 ---@return string|nil message
 function source.read_json(path)
   local text, message = source.read(path)
@@ -260,7 +260,7 @@ function source.scripts(origin, fields, named)
 end
 
 --- The path of the first table found that is also one of those around it, as `copy` sees them;
---- nil where there is none.
+--- nil if there is none.
 ---@param path string of the value
 ---@param around table<table, true>|nil
 ---@return string|nil

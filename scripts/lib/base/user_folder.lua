@@ -1,5 +1,5 @@
 --- user_folder.lua: where limax keeps files of this user, as the XDG Base Directory Specification
---- asks. Relative paths are ignored: what is in the working folder may be somebody else's.
+--- asks. Relative paths are ignored: files in the working folder may be somebody else's.
 
 local BELOW_HOME = { XDG_CONFIG_HOME = "/.config", XDG_STATE_HOME = "/.local/state" }
 
@@ -8,7 +8,7 @@ local function absolute(variable)
   return path and path:sub(1, 1) == "/" and path or nil
 end
 
---- The folder of limax's files of a kind; nil and a message where the user has none.
+--- The folder of limax's files of a kind; nil and a message if the user has none.
 ---@param variable "XDG_CONFIG_HOME"|"XDG_STATE_HOME"
 ---@return string|nil path
 ---@return string|nil message

@@ -228,7 +228,7 @@ end
 ---@field duration? number s
 ---@field progress? fun(progress: table)
 
---- Simulates a robot with its positions recorded. `nil, message` where the simulation fails: there
+--- Simulates a robot with its positions recorded. `nil, message` if the simulation fails: there
 --- is nothing to draw.
 ---@return limax.scored_robot|nil
 ---@return string|nil message

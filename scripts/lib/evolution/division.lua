@@ -123,7 +123,7 @@ local function unpacked(robots, bytes)
   return sent
 end
 
--- Raises where ranks made different robots.
+-- Raises if ranks made different robots.
 local function compare_made(robots, messages)
   for r = 2, #messages do
     for k, part in ipairs(messages[1].made) do
@@ -140,7 +140,7 @@ end
 -- finite.
 local SCORES = { "status", "reason", "fitness", "descriptors", "objectives", "cases", "measures" }
 
--- Raises where two ranks scored the same robot differently.
+-- Raises if two ranks scored the same robot differently.
 local function compare_scores(robots, messages)
   for r, message in ipairs(messages) do
     local checked, own = checked_by(robots, r)

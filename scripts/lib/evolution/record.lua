@@ -219,7 +219,7 @@ local function read_archive(run, folder, last)
   return archived.pack(list)
 end
 
---- The last generation of a folder as plain data, for all ranks; nil where it has none. Fills the
+--- The last generation of a folder as plain data, for all ranks; nil if it has none. Fills the
 --- history with those before it.
 ---@param run limax.run of the first rank
 ---@return table|nil

@@ -17,7 +17,7 @@ local is_setting = { accuracy = true }
 for _, name in ipairs(settings.of_tier) do is_setting[name] = true end
 
 ---@class limax.rescored
----@field fitness table<integer, number> by index of the robot; nil where it failed
+---@field fitness table<integer, number> by index of the robot; nil if it failed
 ---@field distance table<integer, number> m, horizontal, from t = 0 to the end
 ---@field status table<integer, string> "done", "diverged", "invalid" or "failed"
 ---@field time_step table<integer, number> s

@@ -55,7 +55,7 @@ local function compare(robots)
   return sums
 end
 
---- Warns where the best robots of a run's first or last generation lose fitness at half of their
+--- Warns if the best robots of a run's first or last generation lose fitness at half of their
 --- time step.
 ---@param run limax.run
 ---@param robots limax.population.scored scored, and not in the history yet

@@ -32,8 +32,8 @@ local archive = strict.module "limax.archive"
 ---@field objectives? limax.measure[]
 ---@field choose fun(rows: limax.archive.row[], place: table<integer, integer>, candidates:
 --- limax.archive.row[], random: limax.random|nil): limax.archive.row[], table<integer, boolean>|nil
---- the candidates that enter, and the ids that leave; `place` has the row of each cell. Of rows
---- that entered before (random is nil) all enter again.
+--- the candidates that enter, and the ids that leave; `place` has the row of each cell. Rows that
+--- entered before (random is nil) all enter again.
 ---@field measure? fun(rows: limax.archive.row[]): table more than its size and best fitness, for
 --- metrics.jsonl
 ---@field appraise? fun(robots: limax.row[], rows: limax.archive.row[]) adds to the robots of a

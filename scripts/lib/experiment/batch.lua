@@ -50,7 +50,7 @@ function batch.new(rows, fields)
   return setmetatable(fields, class)
 end
 
--- Ends the call unless robot i is one of these: others are elites, whose genes stay.
+-- Raises unless robot i is one of these: others are elites, whose genes must not change.
 local function require_row(self, i, what)
   if self.parts.has[i] then return end
   engine.fail(("%s %s is none of these: visit them with for _, i in ipairs(robots) do"):format(what,

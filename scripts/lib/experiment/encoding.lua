@@ -1,7 +1,7 @@
---- encoding.lua: how genes become bodies. An encoding is a table of functions that work on many
---- robots at once (batch.lua); what it leaves out is done by the engine. `genome = { encoding =
---- "cppn" }` names one of the library, `{ "symmetric", of = "cppn" }` gives it options, and a
---- table with `genes` and `express` is a script's own.
+--- encoding.lua: encodings, which turn genes into bodies. An encoding is a table of functions that
+--- work on many robots at once (batch.lua); the engine does what it leaves out. `genome = {
+--- encoding = "cppn" }` names one of the library, `{ "symmetric", of = "cppn" }` gives it options,
+--- and a table with `genes` and `express` is a script's own.
 
 local choice = require "limax.base.choice"
 local engine = require "limax.engine"

@@ -65,7 +65,7 @@ Experiment.methods, Experiment.kind_name = Experiment, "experiment"
 
 local experiment = {}
 
---- Was an experiment made, and none started? Then a script forgot to return it.
+--- Was an experiment made, and none started? Then a script probably forgot to return it.
 experiment.idle = false
 
 -- ---- rules --------------------------------------------------------------------------------------
@@ -172,7 +172,7 @@ local rules = schema.fields({
 
 -- ---- resolution ---------------------------------------------------------------------------------
 
--- The tables that the engine makes of materials and of a scene.
+-- Materials and scene as the engine completes them, as plain tables.
 local function plain(object)
   local plain_table = object:table()
   object:free()
@@ -349,7 +349,7 @@ end
 
 -- ---- the module ---------------------------------------------------------------------------------
 
--- Ends the call at the caller's line.
+-- Raises an error at the caller's line.
 local function refuse(message, file, line)
   local place = file and (line and ("%s:%d: "):format(file, line) or file .. ": ") or ""
   failure.raise(2, message, place)

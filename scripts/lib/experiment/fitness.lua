@@ -203,7 +203,7 @@ function fitness.get(spec)
   end
   local name, options = choice.read("fitness", spec, fitness.entries)
   local law = fitness[name]
-  -- one without options takes none
+  -- a function without options takes none
   local given = next(options) and options or nil
   local function call(robot) return law(robot, given) end
   return {

@@ -1,4 +1,4 @@
---- front.lua: robots by several objectives: who dominates whom, the order of NSGA-II, and the
+--- front.lua: comparison of robots by several objectives: dominance, the order of NSGA-II, and the
 --- hypervolume of a front. Objectives are maximised; one that begins with a minus is minimised.
 
 local engine = require "limax.engine"

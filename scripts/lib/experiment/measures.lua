@@ -58,7 +58,7 @@ measures.entries = {
     of = function(robot) return muscles(robot) / robot.body.voxels end },
   energy = { unit = "J", text = "positive work of the muscles", record = { energy = 200 },
     of = function(robot) return robot:energy().muscle_work end },
-  -- what the robot's method of that name gives first
+  -- the first result of the robot's method of that name
   mass = { unit = "kg", text = "of the body" },
   length = { unit = "m", text = "longer horizontal side of the body at rest" },
   distance = { unit = "m", text = "horizontal, from t = 0 to the end" },
@@ -95,7 +95,7 @@ local function over_trials(robot, of)
   local read, sum = rawget(robot, "trials"), 0
   for _, trial in ipairs(robot.trials) do sum = sum + of(trial) end
   local count = #robot.trials
-  -- whether the fitness read them is noted
+  -- reading `robot.trials` notes that the fitness read them
   rawset(robot, "trials", read)
   return sum / count
 end
@@ -264,8 +264,8 @@ local function complaint(value)
   end
 end
 
--- The values of a list of measures of one robot; or nil, a message, whether it is the robot's fault
--- and not the script's, and a traceback.
+-- The values of a list of measures of one robot; or nil, a message, true if the robot and not the
+-- script is at fault, and a traceback.
 local function values_of(list, robot, state)
   local values = {}
   for k, measure in ipairs(list) do
@@ -311,7 +311,7 @@ function measures.beyond(list, rows)
   return texts
 end
 
---- Adds to a robot's row what is measured of it.
+--- Adds the measures of a robot to its row.
 ---@param measured limax.measured
 ---@param robot limax.scored_robot
 ---@param row limax.row

@@ -21,7 +21,7 @@ local named_parts = {}
 local function resolved(field, call, value)
   local ok, result = failure.attempt(call, value)
   if ok then return result end
-  -- the place is the experiment's own, which the caller puts in front
+  -- without its place: the caller adds that of the experiment
   local message = fault.is(result) and result.text
     or tostring(result):gsub("^[^\n]-:%d+: ", "", 1)
   if message:find(field, 1, true) ~= 1 then message = field .. ": " .. message end
@@ -29,7 +29,7 @@ local function resolved(field, call, value)
 end
 named_parts.resolved = resolved
 
--- The survival, the archive and what they measure, added to the parts.
+-- Adds the survival, the archive and their measures to the parts.
 local function resolve_memory(spec, parts)
   local message
   parts.survival, message =

@@ -101,8 +101,8 @@ end
 -- A step of a path as the key of a table.
 local function key_of(step) return step:match "^%d+$" and tonumber(step) or step end
 
--- The table that a path into scene or materials begins with, and where: that of the experiment, or
--- of one of its trials.
+-- The table in which a path into scene or materials begins, and the path to it: the experiment, or
+-- one of its trials.
 local function world_of(spec, path)
   local trial = path[1] == "trials" and type(spec.trials) == "table"
     and spec.trials[tonumber(path[2])]

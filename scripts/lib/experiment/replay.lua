@@ -1,5 +1,5 @@
---- replay.lua: `robot:replay()`: a robot read from a file, simulated and scored as it was. The
---- module returns the robot library with this method and with robots of genomes, as `limax.robot`.
+--- replay.lua: `robot:replay()` simulates and scores a robot that was read from a file. The module
+--- returns the robot library with this method and with robots of genomes, as `limax.robot`.
 
 local engine = require "limax.engine"
 local fitness = require "limax.fitness"

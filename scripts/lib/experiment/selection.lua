@@ -157,7 +157,7 @@ local function check_cases(population, ranked)
   return count
 end
 
--- By how much a robot may be worse than the best in each case.
+-- The amount by which a robot may be worse than the best in each case.
 local function tolerances(population, ranked, epsilon)
   local count = check_cases(population, ranked)
   local tolerance = {}

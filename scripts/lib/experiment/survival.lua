@@ -1,9 +1,8 @@
---- survival.lua: the library of survival schemes: which robots of a scored generation go on to the
---- next one, and from which robots the selection chooses parents. A scheme is a function
---- (robots, random, state) -> survivors, parents: two lists of indices, best first. Survivors are
---- copied into the next generation and keep their scores; offspring fill the rest. Without
---- `parents` the survivors are the parents, or where there are none all scored robots. Parents may
---- also be rows of the archive: `return {}, robots.archive`.
+--- survival.lua: the library of survival schemes. A scheme is a function (robots, random, state) ->
+--- survivors, parents: two lists of indices, best first. Survivors are copied into the next
+--- generation and keep their scores; offspring fill the rest. The selection chooses from `parents`;
+--- without them from the survivors, or from all scored robots if there are none. Parents may also
+--- be rows of the archive: `return {}, robots.archive`.
 
 local choice = require "limax.base.choice"
 local engine = require "limax.engine"
@@ -18,8 +17,8 @@ local survival = strict.module "limax.survival"
 ---@alias limax.survival.scheme fun(robots: limax.population.scored, random: limax.random,
 --- state: any, parameters: table<string, number>): integer[], (integer|limax.archive.row)[]?
 
--- The best share of the population: the first of an order of robots, at least one, and at most so
--- many that `places` are left for others.
+-- The best share of the population: the first of an order of robots, at least one, and at most as
+-- many as leave `places` for others.
 local function best(robots, order, share, places)
   local count, list = math.max(math.floor(share * #robots + 0.5), 1), {}
   for k = 1, math.min(count, #robots - places, #order) do list[k] = order[k] end

@@ -15,7 +15,7 @@ local source = require "limax.base.source"
 ---@field simulation table settings
 ---@field options table what engine.simulation takes
 ---@field engine_scene limax.scene
----@field engine_materials limax.materials|nil where the trial has its own
+---@field engine_materials limax.materials|nil the own ones of the trial
 
 ---@class limax.trials
 ---@field config table|nil for config.json: a list, or the description of the function
@@ -25,7 +25,7 @@ Trials.__index = Trials
 
 local trials = {}
 
--- A script may draw numbers of this stream for itself: for the individuals below.
+-- Scripts may draw numbers of this stream too, for the individuals below this one.
 local STREAM, INDIVIDUAL = "user", 2 ^ 32 - 1
 
 local rules = { scene = schema.any, materials = schema.any }
@@ -149,7 +149,7 @@ function trials.get(spec, config, read, base)
     entries = { {} }
   elseif type(spec) == "function" then
     self.call, self.config = spec, source.describe(spec, base)
-    -- a first look, so that a mistake is found before the run
+    -- called once, so that a mistake is found before the run
     entries, message = drawn(self, 1, 0)
   else
     entries, message = entries_of(spec, config, read)

@@ -1,4 +1,4 @@
---- variation.lua: the library of mutations and crossovers: how offspring differ from their parents.
+--- variation.lua: the library of mutations and crossovers, which make offspring of parents' genes.
 --- `genome = { mutation = "block", crossover = "none" }` names one, a function (robots) is a
 --- script's own. An encoding may have its own, which a name in `genome` replaces.
 

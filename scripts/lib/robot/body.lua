@@ -222,7 +222,7 @@ end
 
 local View = {}
 
--- The lattice is made from the letters when it is first read: for most robots it never is.
+-- The lattice is made from the letters when it is first read: few robots need it.
 function View:__index(key)
   if key ~= "voxel" then strict.unknown("a body", key, self, { voxel = true }) end
   local layers = body.layers(self.letters)

@@ -1,4 +1,4 @@
---- energy_balance.lua: the energy of a robot and the works on it, and how well they agree.
+--- energy_balance.lua: the energy of a robot, the works on it, and the error of their balance.
 
 local engine = require "limax.engine"
 

@@ -1,5 +1,5 @@
 --- full_body.lua: bodies with the same material in every voxel. Their closed-form bound on the time
---- step measures the cost of a set of materials, and limits what a fixed step should be.
+--- step measures the cost of a set of materials, and is the limit of a fixed step.
 
 local engine = require "limax.engine"
 

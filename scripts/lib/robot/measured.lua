@@ -1,5 +1,5 @@
---- measured.lua: what the measures of a simulated robot read: its outcome, as the engine has it,
---- and which traces were recorded. SI units.
+--- measured.lua: the data from which the measures of a simulated robot are computed: its outcome in
+--- the engine, and its traces. SI units.
 
 local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
@@ -9,7 +9,7 @@ local measured = {}
 
 local function fail(pattern, ...) engine.fail(pattern:format(...)) end
 
---- The outcome of a robot that ended well, as the engine has it; only such a robot has measures.
+--- The engine's outcome of a robot that ended well; only such a robot has measures.
 ---@param self limax.scored_robot
 ---@param what string names the measure in a message
 ---@return ffi.cdata* limax_outcome
@@ -52,7 +52,7 @@ end
 
 local starts = { start = "center_start", middle = "center_middle" }
 
---- How far the centre of mass came.
+--- The distance that the centre of mass moved.
 ---@return number dx m
 ---@return number dy
 ---@return number dz

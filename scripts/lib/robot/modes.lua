@@ -1,5 +1,5 @@
---- modes.lua: how a robot vibrates about rest: its natural frequencies, with the shape and the
---- damping ratio of each, beside the frequency that drives its muscles. SI units.
+--- modes.lua: vibrations of a robot about rest: natural frequencies, with the shape and damping
+--- ratio of each, and their distance from the frequency of the muscles. SI units.
 
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
@@ -12,9 +12,9 @@ local modes = {}
 -- modes if a script names no number
 local COUNT = 6
 -- A body comes to rest under a drag of this share of its mass per second, 1/s: critical for 1.6 Hz.
--- It does not move the place of rest.
+-- It does not change the pose at rest.
 local CALM, CALM_NAME = 20, "modes_calm"
--- s: rest is looked for at these intervals, and at most so long
+-- s: rest is checked at these intervals, and at most for so long
 local INTERVAL, MOST_TIME = 0.5, 60
 -- m/s: no mass of a body at rest is faster
 local AT_REST = 1e-7
@@ -106,7 +106,7 @@ function modes.of(robot, count, options)
     mode.ratio = 1 / x
     mode.amplification = 1 / math.sqrt((1 - x * x) ^ 2 + (2 * mode.damping_ratio * x) ^ 2)
   end
-  -- the block is no part of it, and a free body is held by anchors at most
+  -- only anchors may hold a free body, and the block does not belong to it
   scene.block = nil
   return list, { body = robot.body, context = { simulation = simulation, index = 1,
     materials = parts.materials, options = parts.options,
@@ -116,7 +116,7 @@ end
 -- effects on which a body can stand or hang
 local SUPPORTS = { "ground", "planes", "terrain", "boxes", "spheres", "anchors" }
 
---- The modes of a robot at rest in its scene, or of the free body where it does not come to rest.
+--- The modes of a robot at rest in its scene, or of the free body if it does not come to rest.
 ---@return limax.robot.modes
 ---@return table drawn
 function modes.in_scene(robot, count, options)

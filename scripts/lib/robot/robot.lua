@@ -115,7 +115,7 @@ local rules = schema.fields {
 ---@class limax.robot.by_hand
 --- `voxels` holds the materials' letters: layers separated by an empty line, the lowest first; the
 --- first line of a layer is y = 1, and letters run along x. Groups of voxels that share no corner
---- are one robot all the same, with a note. Each weight is a number from 0 to 1, [x][y][z] or a
+--- are still one robot, with a note. Each weight is a number from 0 to 1, [x][y][z] or a
 --- function (x, y, z); 1 if absent.
 ---@field voxels string
 ---@field weights? number|{ stiffness?: any, amplitude?: any, phase?: any }

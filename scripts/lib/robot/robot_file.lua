@@ -41,7 +41,7 @@ robot_file.weights = { "stiffness", "amplitude", "phase" }
 -- Nine digits identify a 32-bit float.
 local function short(number) return tonumber(("%.9g"):format(number)) end
 
--- [x][y][z] of the engine as [z][y][x] of a file, or as one number where all are equal.
+-- Converts [x][y][z] of the engine to [z][y][x] of a file, or to one number if all are equal.
 local function as_layers(grid)
   local same, first = true, short(grid[1][1][1])
   local layers = body.grid({ #grid[1][1], #grid[1], #grid }, function(z, y, x)
@@ -61,7 +61,7 @@ end
 
 -- ---- describing and building --------------------------------------------------------------------
 
---- The materials that a script names, or has made; the paper's if it names none.
+--- The materials that a script names or made; the paper's if it names none.
 ---@param named? string|table|limax.materials
 ---@return limax.materials
 function robot_file.materials(named)

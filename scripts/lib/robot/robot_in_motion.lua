@@ -40,7 +40,7 @@ end
 ---@param finish fun(): limax.scored_robot
 ---@return limax.robot_in_motion
 function robot_in_motion.new(simulation, finish)
-  -- a robot is prepared when it is first looked at
+  -- the engine prepares a robot when it is first read
   simulation:state(1)
   return setmetatable({ simulation = simulation, finished = finish }, class)
 end
@@ -60,7 +60,7 @@ local function advance(simulation, steps)
   end
 end
 
---- Advances by whole steps, or fewer where the simulation ends.
+--- Advances by whole steps, or fewer if the simulation ends.
 ---@param steps? integer 1 if absent
 ---@return limax.robot_in_motion self
 function Moving:step(steps)

@@ -99,7 +99,7 @@ function writers.measures(each, name, value, all)
   end
 end
 
--- Which of these a type of records.lua is read by; nil of the engine's structs.
+-- The accessors of a type of records.lua; nil for the engine's structs.
 local function kind_of(field)
   local kind, list, optional = field[2]:match "^(%w+)(%[?%w*%]?)(%??)$"
   if kind:match "^S" then return kind == "S8" and "word" or "text" end
@@ -113,7 +113,7 @@ end
 local KIND = {}
 for _, field in ipairs(records.robot) do KIND[field[1]] = kind_of(field) end
 
---- Gives the fields of a struct no value.
+--- Marks all fields of a struct as absent.
 ---@param each ffi.cdata*
 ---@param all limax.rows
 function row.clear(each, all)
@@ -135,8 +135,8 @@ function made.body(all, each)
     size = { shape.size[0], shape.size[1], shape.size[2] }, counts = counts, mass = each.mass }
 end
 
--- A robot that diverged may have passed a moment with numbers that are not finite. No file can hold
--- them: they are left out.
+-- A robot that diverged may have numbers that are not finite. No file can hold them: they are left
+-- out.
 local function outcome_table(o)
   if o.status == 0 then return nil end
   local read = outcome.table(o)

@@ -39,7 +39,7 @@ end
 
 -- ---- arrays -------------------------------------------------------------------------------------
 
--- A robot without any value, for each layout.
+-- A robot without values, for each layout.
 local blanks = setmetatable({}, { __mode = "k" })
 
 local function blank_of(self)
@@ -52,7 +52,7 @@ local function blank_of(self)
   return blank
 end
 
--- Makes room for robots of these facts, without values.
+-- Makes an array for robots of these facts, without values.
 local function lay_out(self, facts)
   local array = structured.new(structured.layout(record_rules.robot_fields(facts)), self.count)
   self.facts, self.layout, self.data = facts, array.layout, array.data
@@ -92,7 +92,7 @@ local function copy_of(facts)
   return copy
 end
 
---- Makes room for cases and measures that a fitness returned, once for each new one.
+--- Adds fields for cases and measures that a fitness returned, once for each new one.
 ---@param self limax.rows
 ---@param cases integer how many
 ---@param measures string[] names
@@ -113,7 +113,7 @@ function rows.widen(self, cases, measures)
   structured.copy(self, 0, before, 0, self.count)
 end
 
--- Makes room for a value of `cases` or `measures`.
+-- Adds a field for a value of `cases` or `measures`.
 function Rows:expect(name, value)
   if name == "cases" then return rows.widen(self, #value, {}) end
   local list = {}
@@ -132,8 +132,8 @@ function rows.copy(self, places, from, sources)
   self.stamp = self.stamp + 1
 end
 
--- A copy of one robot in an array of its own, with other facts if there are some.
-local function alone(robot, facts)
+-- Copies one robot into an array of its own, with other facts if they are given.
+local function row_copy(robot, facts)
   local one = rows.new(facts or robot[1].facts, 1)
   rows.copy(one, { 1 }, robot[1], { robot[2] })
   return one
@@ -142,7 +142,7 @@ end
 --- A copy of one robot, which keeps no generation in memory.
 ---@param robot limax.row
 ---@return limax.row
-function rows.single(robot) return alone(robot)[1] end
+function rows.single(robot) return row_copy(robot)[1] end
 
 -- ---- robots by hand, and their trials -----------------------------------------------------------
 
@@ -189,7 +189,7 @@ end
 function rows.joined(list, population, materials)
   local facts = copy_of(list[1][1].facts)
   facts.trials = #list
-  local one = alone(list[1], facts)
+  local one = row_copy(list[1], facts)
   for k, robot in ipairs(list) do
     ffi.copy(one.data[0].outcome[k - 1], robot[1].data[0].outcome, OUTCOME_SIZE)
   end
@@ -206,7 +206,7 @@ end
 function rows.of_trial(robot, k)
   local facts = copy_of(robot[1].facts)
   facts.trials, facts.cases, facts.measures = nil, nil, nil
-  local one = alone(robot, facts)
+  local one = row_copy(robot, facts)
   rows.forget(one, 1)
   ffi.copy(one.data[0].outcome, rows.outcomes(robot)[k], OUTCOME_SIZE)
   rows.set_status(one, 1)
@@ -215,7 +215,7 @@ end
 
 -- ---- what simulations and fitness gave ----------------------------------------------------------
 
---- Takes from robot i what its simulation and its fitness gave.
+--- Clears the outcome and the score of robot i.
 ---@param self limax.rows
 ---@param i integer
 function rows.forget(self, i)
@@ -228,8 +228,8 @@ function rows.forget(self, i)
   self.stamp = self.stamp + 1
 end
 
---- Sets status and reason of robot i from its outcomes: it is done if all ended well, else what the
---- first one is that did not.
+--- Sets status and reason of robot i from its outcomes: done if all ended well, else the status of
+--- the first one that did not.
 ---@param self limax.rows
 ---@param i integer
 function rows.set_status(self, i)
@@ -260,7 +260,7 @@ function rows.bear(self, i, generation, id, first, second)
   ffi.copy(each.origin, "bred")
 end
 
---- Takes the outcomes of some robots from their simulations, one per trial.
+--- Copies the outcomes of some robots from their simulations, one per trial.
 ---@param self limax.rows
 ---@param simulations limax.simulation[]
 ---@param mask boolean[] which ones
@@ -278,7 +278,7 @@ function rows.settle(self, simulations, mask)
   end
 end
 
---- The outcomes of a robot, as the engine has them: one per trial.
+--- The engine's outcomes of a robot, one per trial.
 ---@param robot limax.row
 ---@return ffi.cdata*[] limax_outcome
 function rows.outcomes(robot)
@@ -289,8 +289,8 @@ function rows.outcomes(robot)
   return list
 end
 
---- The outcome of a robot that ended well, as the engine has it: of its first trial, where it has
---- some. nil for other robots.
+--- The engine's outcome of a robot that ended well, of its first trial if it has trials; nil for
+--- other robots.
 ---@param robot limax.row
 ---@return ffi.cdata*|nil limax_outcome
 function rows.done(robot)

@@ -64,7 +64,7 @@ local function value_problem(each, letters)
   end
 end
 
---- Reads robots; `nil, message` where the bytes are none.
+--- Reads robots; `nil, message` if the bytes are not an array of robots.
 ---@param bytes string of a NumPy array
 ---@param materials string[] their names
 ---@return limax.rows|nil
@@ -86,7 +86,7 @@ function rows_file.read(bytes, materials)
   return all
 end
 
---- Takes some robots from others, which were made elsewhere, by their fields' names.
+--- Copies robots from an array that may have other fields, by the names of the fields.
 ---@param all limax.rows
 ---@param indices integer[] of these robots here
 ---@param from limax.rows

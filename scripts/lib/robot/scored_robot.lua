@@ -1,6 +1,6 @@
---- scored_robot.lua: the `robot` that fitness, selection and supervisors see: its body, what its
---- simulation measured, and its traces. It reads its row and, as long as that exists, the
---- simulation. SI units; t = 0 is when actuation starts.
+--- scored_robot.lua: the `robot` that fitness, selection and supervisors see: its body, measures
+--- and traces. It reads its row and, as long as that exists, the simulation. SI units; t = 0 is
+--- when actuation starts.
 
 local body = require "limax.robot.body"
 local choice = require "limax.base.choice"
@@ -61,7 +61,7 @@ local GENERATION, TABLES = {}, {}
 -- Fields that are made once, when they are first read.
 local made = {}
 
---- Where a robot comes from. Traces need `simulation`, the genome needs `population`.
+--- The origin of a robot. Traces need `simulation`, the genome needs `population`.
 ---@class limax.robot.context
 ---@field population? limax.population of the engine
 ---@field index? integer in it
@@ -84,8 +84,8 @@ function Context.__index(context, key)
   return simulations and simulations[context.trial]
 end
 
--- Where robot i of a generation comes from; `other` has materials, options of each trial and traces
--- that are not the generation's.
+-- The context of robot i of a generation. `other` has materials, options of each trial and traces
+-- if they are not the generation's.
 local function context_of(robots, i, other)
   local materials, config = other.materials or robots.materials, robots.world.config
   local function context(k)
@@ -140,8 +140,8 @@ end
 
 function computed.record(self) return rows.record(self.row) end
 
--- Fields that are tables: they are made of the row at the first read after it changed, so that
--- scripts get the same one each time, and what they write into it stays theirs.
+-- Fields that are tables. They are made from the row at the first read after it changed, so that
+-- scripts get the same table each time and may write to it.
 local IS_TABLE = { parents = true, cases = true, measures = true, descriptors = true,
   objectives = true, record = true }
 
@@ -183,7 +183,7 @@ function class.__tostring(self)
     shape.size[2], shape.size[3], shape.mass)
 end
 
---- Makes the object of a row and where it comes from.
+--- Makes the object of a row and its context.
 ---@param row limax.row
 ---@param context limax.robot.context
 ---@return limax.scored_robot
@@ -305,7 +305,7 @@ end
 ---@field velocity number[] at the end, m/s
 ---@field tilt number angle between its own z axis and the world's at the end, rad
 
---- How the rigid block of the scene moved, with `from = "middle"` in the second half of the time.
+--- The motion of the scene's rigid block, with `from = "middle"` in the second half of the time.
 ---@param options? { from?: "start"|"middle" }
 ---@return limax.robot.block
 function methods:block(options)
@@ -327,8 +327,8 @@ function methods:block(options)
   }
 end
 
---- The energy balance of the robot: its energy at the end, the works since t = 0, and how well the
---- two agree. Reads the trace "ledger" (CPU only).
+--- The energy balance of the robot: its energy at the end, the works since t = 0, and the balance
+--- error. Reads the trace "ledger" (CPU only).
 ---@return limax.robot.energy_balance
 function methods:ledger()
   measured.outcome(self, "ledger")
@@ -402,7 +402,7 @@ end
 ---@param path string
 function methods:save(path) robot_file.write(path, self:table()) end
 
--- Row and context that one simulation of a robot gives.
+-- Row and context after one simulation of a robot.
 local function simulated(robot, options)
   local simulation, result = prepared.simulation(robot, options)
   simulation:run(type(options) == "table" and options.progress or nil)

@@ -17,7 +17,7 @@ local function is_finite(value)
   return value == value and math.abs(value) <= record_rules.LARGEST_SCORE
 end
 
--- A number that is not finite, or too large to be summed, and how a script gets one.
+-- Shows a number that is not finite, or too large to be summed, and explains how a script gets it.
 local function refused(value)
   if value ~= value then
     return "nan, not a number: a division 0/0, or math.sqrt or math.log of a negative number"

@@ -15,7 +15,7 @@ local function add(damage, file, reason, repetition, generation)
     generation = generation })
 end
 
--- The text of a file, of a size if one is wanted; nil where it cannot be read, which is then added.
+-- The text of a file, of a size if one is wanted; nil if it cannot be read, which is then added.
 local function read(folder, damage, file, repetition, generation, wanted)
   local size = wanted and source.size(folder.path .. "/" .. file)
   if size and size ~= wanted then
@@ -174,7 +174,7 @@ function check.text(damage)
   return table.concat(lines, "\n")
 end
 
---- The last generation up to which everything is whole; nil where the damage belongs to no
+--- The last generation up to which everything is whole; nil if the damage belongs to no
 --- generation, or to the first one.
 ---@param folder limax.run.reader
 ---@param damage limax.run.damage[]

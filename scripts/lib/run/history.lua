@@ -1,7 +1,7 @@
 --- history.lua: the history that supervisors read: one entry per scored generation, without its
 --- traces, and in a run without a folder without the genomes of older generations. A run with a
---- folder keeps few fields of old entries in memory and reads the others on demand, so that the time
---- of a generation does not grow with their number.
+--- folder keeps few fields of old entries in memory and reads the others on demand, so that the
+--- time of a generation does not grow with their number.
 
 local history = {}
 

@@ -160,7 +160,7 @@ function Journal:add(line, state)
   return text, #text - #(state or "")
 end
 
---- The line of a generation; nil where there is none.
+--- The line of a generation; nil if there is none.
 function Journal:entry(repetition, generation)
   return (self.generations[repetition] or {})[generation + 1]
 end

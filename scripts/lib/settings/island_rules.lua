@@ -19,7 +19,7 @@ function island_rules.check(value, path)
   return complete(value, path)
 end
 
---- Islands that never exchange a robot; nil if they do.
+--- A note about islands that never exchange a robot; nil if they do.
 ---@param config table
 ---@return string|nil note
 function island_rules.note(config)

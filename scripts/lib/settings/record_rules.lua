@@ -1,5 +1,5 @@
---- record_rules.lua: what follows from the fields of records.lua: the checks of readers, the layout
---- of robots in memory and on disk, the annotations for editors, and the tables of RUN_FOLDER.md.
+--- record_rules.lua: derives from the fields of records.lua the checks of readers, the layout of
+--- robots in memory and on disk, the annotations for editors, and the tables of RUN_FOLDER.md.
 
 local defaults = require "limax.settings.defaults"
 local records = require "limax.settings.records"
@@ -21,7 +21,7 @@ local text, finite = schema.string, schema.number {}
 local whole, index = schema.whole(0, 2 ^ 53), schema.whole(1, 2 ^ 53)
 local hash = schema.text(("%x"):rep(16), "16 hexadecimal digits")
 
--- The rule of a group of fields of an experiment that were completed: its defaults are there.
+-- The rule of a group of fields of a completed experiment, in which no default is missing.
 local function complete(rule)
   return function(value, path)
     local result, message = rule(value, path)
@@ -178,7 +178,7 @@ end
 local outcome_rule = record(OUTCOME)
 local OF_DONE = { "center_start", "center_middle", "center_end", "time", "step", "steps", "mass" }
 
---- The rule of an outcome as robot files have it: what a simulation measured.
+--- The rule of an outcome in a robot file.
 function record_rules.outcome(value, path)
   local result, message = outcome_rule(value, path)
   for _, name in ipairs(result and result.status == "done" and OF_DONE or {}) do

@@ -1,6 +1,6 @@
---- records.lua: every field of what a run writes, declared once: robots, generations, ledger,
---- timing, journal, configuration. record_rules.lua makes of it the layout in memory and on disk,
---- the checks of readers, the annotations for editors and the tables of RUN_FOLDER.md.
+--- records.lua: declares every field that a run writes: robots, generations, ledger, timing,
+--- journal, configuration. record_rules.lua derives the layout in memory and on disk, the checks of
+--- readers, the annotations for editors and the tables of RUN_FOLDER.md.
 ---
 --- A row is { name, type, meaning, unit =, by =, only = }. `by` is the step that writes the field;
 --- `only` names what an experiment must have for the field to exist. A type that ends in "?" may
@@ -116,7 +116,7 @@ records.spread = {
   { "most", "number", "", unit = "likewise" },
 }
 
---- How different the robots of a set are.
+--- The diversity of a set of robots.
 records.diversity = {
   { "hamming", "number", "mean share of voxels in which two robots differ", unit = "1" },
   { "genotype", "number?", "root mean square over the genes of the standard deviation over the"
@@ -207,7 +207,7 @@ records.history = {
   { "materials", "table", "that it was made of, as a material file holds them" },
 }
 
---- How a generation got its parameters: a line of rNN/ledger.jsonl.
+--- The origin of a generation's parameters: a line of rNN/ledger.jsonl.
 records.ledger = {
   { "supervisor", "text", "its name, or `function`; for a replay `llm`", by = "supervise" },
   { "source", "text?", "for `llm`, the source of the values: `model`, the fallback's name,"

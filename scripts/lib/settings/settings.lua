@@ -12,7 +12,7 @@ local fields = defaults.fields.simulation
 --- The fields that a tier sets, and that an override which names a tier resets.
 settings.of_tier = { "integrator", "precision", "time_step", "bound", "bound_fraction",
   "time_step_most" }
---- Those that only an automatic step uses.
+--- The fields that only an automatic step uses.
 settings.of_auto = { "bound", "bound_fraction", "time_step_most" }
 
 local function forget_auto(simulation)
@@ -64,14 +64,14 @@ settings.names = {}
 for name in pairs(rules) do table.insert(settings.names, name) end
 table.sort(settings.names)
 
---- The rules of the fields that a trial may replace: those of `simulation` but how bodies are made.
+--- The rules of the fields that a trial may replace: those of `simulation` that do not make bodies.
 settings.of_trial = {}
 for name, rule in pairs(rules) do
   if name ~= "edge" and name ~= "sharing" then settings.of_trial[name] = optional(rule) end
 end
 
---- Settings of which some are replaced: an accuracy replaces the whole tier, and a fixed step what
---- only an automatic one uses.
+--- Replaces some settings: an accuracy replaces the whole tier, and a fixed step removes the fields
+--- of an automatic one.
 ---@param own table
 ---@param changes table other fields of it are ignored
 ---@param names string[] the settings

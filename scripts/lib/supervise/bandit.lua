@@ -2,7 +2,7 @@
 --- Cesa-Bianchi, Fischer, "Finite-time analysis of the multiarmed bandit problem", 2002; for
 --- operators of an evolution: DaCosta et al., "Adaptive operator selection with dynamic multi-armed
 --- bandits", 2008). The reward of a generation is 1 if its best beat all before, else 0. It goes to
---- the setting nearest to the applied parameters: the ledger limits their change to a factor of 2,
+--- the setting nearest to the applied parameters: their change is limited to a factor of 2,
 --- so some generations lie between two settings.
 
 local schema = require "limax.engine.schema"
@@ -34,7 +34,7 @@ local function distance(parameters, setting)
   return sum
 end
 
--- The nearest of the settings that `accepts` returns true for; of equally near ones the first.
+-- The nearest setting for which `accepts` returns true; the first of equally near ones.
 local function nearest(parameters, settings, accepts)
   local found, least
   for k, setting in ipairs(settings) do

@@ -30,7 +30,7 @@ donor.options = {
 
 local function fail(options, text) engine.fail(("supervisor: %s: %s"):format(options.run, text)) end
 
---- The run that `options` name; raises where it cannot be used.
+--- The run that `options` name; raises if it cannot be used.
 ---@param options { run: string, repetition: integer }
 function donor.read(options)
   local from = reader.read(options.run)

@@ -12,8 +12,8 @@ local function reflected(value, low, high)
   return math.min(math.max(value, low), high)
 end
 
--- One step from `before`: a factor where the ledger limits by a factor, else a difference. `unit`
--- is the unit of the limit's range.
+-- One step from `before`: a factor if the limit is a factor, else a difference. `unit` is the unit
+-- of the limit's range.
 local function step(before, limit, unit, share, random)
   local u = share * (2 * random:uniform() - 1)
   local least, most = limit.minimum * unit, limit.maximum * unit

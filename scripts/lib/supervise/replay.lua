@@ -1,7 +1,6 @@
---- replay.lua: a repetition that is supervised by another run's transcript: its proposals, failures
---- and fallbacks are applied again, without a network: by the request that they answered (the same
---- question must be asked again), or by generation. What the transcript does not contain ends the
---- run.
+--- replay.lua: supervises a repetition by another run's transcript: applies its proposals, failures
+--- and fallbacks again, without a network, by the request that they answered (the same question
+--- must be asked again), or by generation. A decision that the transcript lacks ends the run.
 
 local exchange = require "limax.supervise.llm.exchange"
 local failure = require "limax.base.failure"

@@ -14,7 +14,7 @@ local function failures(entry)
   return (failed.invalid or 0) + (failed.diverged or 0) + (failed.fitness or 0)
 end
 
--- Diversity now relative to the first generation; nil where one of them is unknown.
+-- Diversity now relative to the first generation; nil if one of them is unknown.
 local function diversity_left(history)
   local first, now = history[1].diversity.all, history[#history].diversity.all
   if first and now and first.hamming > 0 then return now.hamming / first.hamming end

@@ -1,5 +1,5 @@
---- shown.lua: the history as a user's function reads it: a list and entries of its own, so that
---- nothing that it assigns changes the run, and a misspelt name is an error.
+--- shown.lua: a copy of the history for a user's function, so that its assignments do not change
+--- the run, and a misspelt name is an error.
 
 local choice = require "limax.base.choice"
 local fault = require "limax.engine.fault"

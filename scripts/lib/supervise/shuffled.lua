@@ -1,5 +1,5 @@
 --- shuffled.lua: another run's parameters in random order: the control for their timing. Each
---- setting is used once. The ledger limits changes, so that large ones take several generations.
+--- setting is used once. Changes are limited, so that large ones take several generations.
 --- Source: as for `yoked`, with the order destroyed (a permutation control).
 
 local donor = require "limax.supervise.donor"

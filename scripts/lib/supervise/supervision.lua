@@ -1,6 +1,6 @@
 --- supervision.lua: the step between two generations of a run: it asks the experiment's supervisor,
---- and the ledger limits the proposal. A supervisor that fails costs a generation's change, never
---- the run.
+--- and judges its proposal (proposals.lua). A supervisor that fails costs a generation's change,
+--- never the run.
 
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
@@ -18,7 +18,7 @@ local supervision = {}
 ---@field judge fun(proposal: any, reason: any, about: { supervisor: string, source?: string }):
 --- table, table, table as `proposals.judge`
 
--- The ledger's judgement of a proposal for the generation after `robots`.
+-- Judges a proposal for the generation after `robots`.
 local function judge(run, robots, proposal, reason, about)
   local materials = {}
   for i = 1, robots.materials.count do materials[i] = robots.materials:get(i) end
@@ -65,7 +65,8 @@ end
 ---@field fields limax.material_fields
 ---@field ledger table
 ---@field numbers table for timing.jsonl
----@field failed boolean|nil did the supervisor fail, so that its fallback or nobody decided?
+---@field failed boolean|nil did the supervisor fail, so that its fallback decided or nothing
+--- changed?
 ---@field state table|nil as the supervisor left it
 
 --- Decides about the generation after `robots`.

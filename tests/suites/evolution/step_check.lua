@@ -4,7 +4,7 @@ local evolution = require "support.evolution"
 
 local suite = require("limax.test").suite "step_check"
 
--- A finished run at the tier `evolve`, and what was said about its step.
+-- A finished run at the tier `evolve`, and the messages about its step.
 local function finished(fields)
   local said = {}
   fields.simulation = fields.simulation

@@ -64,7 +64,7 @@ end
 function rank_sum.smallest_p(n, m) return math.min(1, 2 / splits(n, m)) end
 
 --- The critical value: the test rejects at `level` if min(U, n m - U) is at most this. For samples
---- without ties; nil where the test cannot reject.
+--- without ties; nil if the test cannot reject.
 ---@return integer|nil
 function rank_sum.critical(n, m, level)
   local doubled = {}

@@ -54,7 +54,7 @@ end
 function signed_rank.smallest_p(n) return math.min(1, 2 * 0.5 ^ n) end
 
 --- The critical value: the test rejects at `level` if the smaller rank sum is at most this. For n
---- differences without ties; nil where the test cannot reject.
+--- differences without ties; nil if the test cannot reject.
 ---@return integer|nil
 function signed_rank.critical(n, level)
   local doubled = {}

@@ -21,7 +21,7 @@ local ROW, GAP = LONGEST + 0.2, 1
 --- Capitals that the flows of a world take above the robot: 0 where nothing flows.
 function flow.room(stage) return ROW * #stage.flows end
 
--- The arrow of a flow, right and up, px; nil where it goes along the line of sight.
+-- The arrow of a flow, right and up, px; nil if it goes along the line of sight.
 local function arrow_of(each, frame)
   local v, view, text = each.velocity, frame.view, frame.text
   local x, y = view.project { v[1] * TIME, v[2] * TIME, v[3] * TIME }

@@ -80,7 +80,7 @@ function polygon.split(whole, normal, offset, slack)
   return front, behind
 end
 
---- The part of a polygon within half-spaces, behind all their planes; nil where nothing is left.
+--- The part of a polygon within half-spaces, behind all their planes; nil if nothing is left.
 ---@param whole limax.picture.polygon
 ---@param spaces limax.picture.space[]
 ---@param except? integer one of them that does not count

@@ -19,7 +19,7 @@ local function completed(cells, samples)
   return math.max(samples or math.max(math.min(20 * cells, 1e5), 3 * cells), cells)
 end
 
---- Why so many centres would take too long; nil where they do not.
+--- Explains why so many centres would take too long; nil if they do not.
 ---@param cells integer
 ---@param dimensions integer
 ---@param samples integer|nil

@@ -2,8 +2,8 @@
 
 local front = require "limax.experiment.front"
 
--- The robots of a list that stay, as a set: those that none dominates. Where these are more than
--- the capacity, the most crowded leave, save the `safe` ones.
+-- The robots of a list that stay, as a set: those that none dominates. If these are more than the
+-- capacity, the most crowded leave, except the `safe` ones.
 local function staying(list, options, safe)
   local points, of_front, stays = front.points(list, options.objectives), {}, {}
   local places = front.of(points)
@@ -38,7 +38,7 @@ return function(options)
       for _, row in ipairs(candidates) do
         if not stays or stays[row] then entered[#entered + 1], safe[row] = row, true end
       end
-      -- who leaves depends only on who enters, so that their files give the same archive
+      -- the robots that leave depend only on those that enter, so that files give the same archive
       stays = staying(joined(rows, entered), options, safe)
       for _, row in ipairs(rows) do leaving[row.id] = not stays[row] or nil end
       return entered, next(leaving) and leaving

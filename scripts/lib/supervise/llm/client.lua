@@ -19,7 +19,7 @@ local client = {}
 local Client = {}
 Client.__index = Client
 
---- A client for the endpoint that options and environment name; nil and a message where there is
+--- A client for the endpoint that options and environment name; nil and a message if there is
 --- none. `machine` may replace clock, wait, http and environment; its `record` is called for every
 --- attempt, before its text is parsed; clients with the same `breaker` count failures together.
 ---@param options table as `options` of limax.supervise.llm check them
@@ -84,7 +84,7 @@ local function wait_after(outcome, retries, left)
     or not outcome.kind and outcome.status >= 500
   if not repeated or FINAL[outcome.class] then return nil end
   if retries == RETRIES then return nil, ("%d attempts failed"):format(RETRIES + 1) end
-  -- dates, and numbers that only Lua knows ("0x10", "nan"), are no wait that was asked for
+  -- dates, and numbers that only Lua reads ("0x10", "nan"), are not valid waits
   local asked = (outcome.headers["retry-after"] or ""):match "^%s*(%d+%.?%d*)%s*$"
   local seconds = tonumber(asked) or FIRST_WAIT * 2 ^ retries
   if seconds + LEAST_ATTEMPT > left then

@@ -14,9 +14,9 @@ context.TOKENS = 3000
 -- Longest name or reason of the run that enters a prompt, bytes.
 local LONGEST = 120
 
--- How much of a history a prompt contains: the best robots of the last generation, former
--- proposals, quantiles and the diversity of genotypes, generations, and of "paper" whether only the
--- better half of each population.
+-- The parts of a history in a prompt: numbers of the best robots of the last generation, of former
+-- proposals and of generations; quantiles and the diversity of genotypes; and for "paper", only the
+-- better half of each population?
 local function detail_of(bodies, outcomes, spread, generations, half)
   return { bodies = bodies, outcomes = outcomes, spread = spread, generations = generations,
     half = half }
@@ -31,7 +31,7 @@ context.levels = {
     detail_of(0, 0, true, 1, true) },
 }
 
--- `facts` are what holes are filled from: the context's name, history, limits, what may be changed
+-- `facts` are the values for holes: the context's name, history, limits, what may be changed
 -- (`allowed`), the materials' first values, and the configuration.
 local function materials_now(facts) return facts.history[#facts.history].materials.materials end
 
@@ -51,7 +51,7 @@ local function by_material(list, value_of)
 end
 
 -- An object of JSON schema in the subset that all endpoints share: every field is required and
--- nullable, without ranges, which the ledger has.
+-- nullable, without ranges, which proposals.lua checks.
 local function object(properties)
   local required = {}
   for name in pairs(properties) do required[#required + 1] = name end

@@ -6,7 +6,7 @@ local host = require "limax.host"
 local endpoint = {}
 
 local OPENAI = "api.openai.com"
--- hosts of Azure's own: NAME.openai.azure.com
+-- Azure's hosts: NAME.openai.azure.com
 local AZURE = "%.openai%.azure%.com$"
 -- A shorter one is a placeholder for a server that wants a key and checks none: it is not hidden.
 local SHORTEST_KEY = 8
@@ -45,7 +45,7 @@ local function set(getenv, name)
   return value ~= "" and value or nil
 end
 
--- The key and its source; nil and nil where there is none, nil and a message where it cannot be
+-- The key and its source; nil and nil if there is none, nil and a message if it cannot be
 -- used.
 local function find_key(getenv, url)
   local key, source = set(getenv, "LIMAX_LLM_KEY"), "LIMAX_LLM_KEY"
@@ -62,7 +62,7 @@ local function find_key(getenv, url)
   return key, key and source
 end
 
--- Why this URL cannot be an endpoint; nil where it can. Its text is not repeated: it may contain a
+-- Why this URL cannot be an endpoint; nil if it can. Its text is not repeated: it may contain a
 -- key.
 local function bad_url(url, allow_insecure)
   if url.credentials then

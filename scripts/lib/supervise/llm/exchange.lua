@@ -19,7 +19,7 @@ Exchange.__index = Exchange
 local LONGEST_ECHO = 4000 -- bytes of an answer that is shown to a model again
 
 --- The questions of an experiment, by its options `prompt`, `again`, `context` and
---- `context_tokens`. Raises where a prompt is missing or cannot be read.
+--- `context_tokens`. Raises if a prompt is missing or cannot be read.
 function exchange.new(options, run)
   local folder = run.experiment.origin and source.folder_of(run.experiment.origin)
   local function open(name, default)

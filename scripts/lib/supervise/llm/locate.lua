@@ -2,9 +2,9 @@
 --- function(text, limits) -> proposal | nil, message. It runs in a process of its own that has
 --- string, table, math and json.
 ---
---- A model may think aloud, put the object into a fence or prose, and repeat the example before it
---- answers. So the object may be anywhere, and the last one with a field that may be set counts.
---- Nothing is repaired: text that is truncated or not JSON is ignored as a whole.
+--- A model may write its thoughts, put the object into a fence or prose, and repeat the example
+--- before it answers. So the object may be anywhere, and the last one with a field that may be set
+--- counts. Nothing is repaired: text that is truncated or not JSON is ignored as a whole.
 
 -- luacheck: read_globals json
 
@@ -13,7 +13,7 @@ local LONGEST = 65536
 -- Most objects in an answer: of more it is unclear which one is meant.
 local MOST = 100
 
--- The object at the beginning of a text; nil where it does not end. Braces inside of its strings do
+-- The object at the beginning of a text; nil if it does not end. Braces inside of its strings do
 -- not count.
 local function object_of(text)
   local braces = text:gsub("\\.", "  "):gsub('"[^"]*"', function(inside)

@@ -1,6 +1,6 @@
 --- parse.lua: turns a model's text into a proposal. locate.lua, or a parser that the experiment
---- names, reads the text in a process of its own (host.sandbox). What comes back is plain data of
---- bounded size, without control characters. The ledger checks ranges.
+--- names, reads the text in a process of its own (host.sandbox). The result is plain data of
+--- bounded size, without control characters. proposals.lua checks ranges.
 
 local choice = require "limax.base.choice"
 local host = require "limax.host"
@@ -22,7 +22,7 @@ local DEEPEST = 4
 local LONGEST_NAME, LONGEST_REASON = 60, 200
 
 --- The parser that an experiment names: nil for locate.lua, a file, or Lua text of several lines.
---- nil and a message where it cannot be used.
+--- nil and a message if it cannot be used.
 ---@param parser string|nil
 ---@param folder? string of the experiment, where files are looked for
 function parse.from(parser, folder)
@@ -39,7 +39,7 @@ function parse.from(parser, folder)
   return setmetatable({ source = code, name = name, sha256 = host.sha256(code) }, Parser)
 end
 
--- A copy without nulls and with clean names; nil and a message where it is too large.
+-- A copy without nulls and with clean names; nil and a message if it is too large.
 local function plain(value, depth)
   if type(value) == "string" then return terminal.line(value, LONGEST_REASON) end
   if type(value) ~= "table" then return value end
@@ -60,7 +60,7 @@ local function plain(value, depth)
   return copy
 end
 
---- Makes of what a parser returned a proposal and the model's reason; nil and a message for the
+--- Turns the result of a parser into a proposal and the model's reason; nil and a message for the
 --- model's second try and the transcript.
 ---@param message string|nil
 ---@return { proposal: table, reason: string|nil }|nil

@@ -1,6 +1,7 @@
---- prompt.lua: prompts: text with {{holes}} in files. Filling holes is all that a prompt can do; a
---- value is never searched for holes. A table enters as JSON whose strings cannot end a fence,
---- open a tag or control a terminal. A run folder keeps every version that was used, by its hash.
+--- prompt.lua: prompts: texts with {{holes}} in files. A prompt can do nothing but fill holes, and
+--- a value is never searched for holes. A table is written as JSON whose strings cannot end a
+--- fence, open a tag or control a terminal. A run folder keeps every version that was used, by its
+--- hash.
 
 local choice = require "limax.base.choice"
 local failure = require "limax.base.failure"
@@ -52,7 +53,7 @@ end
 
 local function is_utf8(text) return (pcall(host.json.encode, text)) end
 
---- Reads a prompt; nil and a message where it has an error. The first line `---` separates the
+--- Reads a prompt; nil and a message if it has an error. The first line `---` separates the
 --- system's message, above it, from the user's.
 ---@param name string its file, for messages
 function prompt.read(original, name)

@@ -36,7 +36,7 @@ function reply.decode(body, content_type)
 end
 
 --- The error in a body: the object or text `error` of most servers, or a body with `detail` or
---- object = "error"; nil where there is none.
+--- object = "error"; nil if there is none.
 ---@return { message: string, code?: string, type?: string, status?: integer }|nil
 function reply.refusal(value)
   local inner = value.error
@@ -80,7 +80,7 @@ end
 ---@field id string|nil
 ---@field usage { input_tokens: integer, output_tokens: integer }|nil both counts or none
 
---- The first choice of an answer, with whatever fields it has; nil where there is none.
+--- The first choice of an answer, with whatever fields it has; nil if there is none.
 function reply.read(value)
   local choice = list(value.choices)[1]
   if choice == nil then return nil end
@@ -98,7 +98,7 @@ end
 local NO_TEXT = { length = ": all tokens were used before it began (finish_reason length)",
   tool_calls = ": the model calls a tool that it was not offered" }
 
---- The class and message of an answer that cannot be used; nil of one with a text.
+--- The class and message of an answer that cannot be used; nil for one with a text.
 ---@param read limax.llm.reply|nil
 ---@return "envelope"|"refusal"|"filter"|nil class
 ---@return string|nil message

@@ -1,5 +1,5 @@
 --- supervisor.lua: a repetition that a language model supervises. Before each generation it asks
---- the model, asks once more with what was wrong, then the fallback, and else changes nothing.
+--- the model, asks once more with its mistake, then asks the fallback, and else changes nothing.
 --- Every decision is a line of the transcript, from which a resumed run can repeat it.
 
 local client = require "limax.supervise.llm.client"
@@ -21,8 +21,8 @@ Session.__index = Session
 
 local function raise(message) failure.raise(2, 'supervisor "llm"' .. message) end
 
---- Begins the supervision of a repetition. Raises on what is wrong before it runs: no endpoint, no
---- prompt, a parser that cannot be used.
+--- Begins the supervision of a repetition. Raises if there is no endpoint or prompt, or a parser
+--- that cannot be used.
 ---@param options table checked options of the supervisor
 ---@param fallback limax.supervisor|nil replaces a model without a usable answer; nil: keep
 function supervisor.start(run, options, fallback)
@@ -73,8 +73,8 @@ function Session:record(attempt)
   self.transcript:write("attempt", self.run.repetition, self.generation, line)
 end
 
--- The recorded outcome of this generation, if it asked what would be asked now: a run that was
--- stopped after the answer came does not ask again.
+-- The recorded outcome of this generation if it answers the same question: a run that was stopped
+-- after the answer came does not ask again.
 function Session:recorded(step)
   local line = self.transcript:outcome(self.run.repetition, step.generation)
   if not line or not line.asks[1] then return line end

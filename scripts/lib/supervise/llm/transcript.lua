@@ -35,7 +35,7 @@ local rule = schema.record { schema = required(schema.choice { SCHEMA }),
   asks = schema.list(schema.record { messages_sha256 = required(sha256),
     template_sha256 = required(sha256) }, { expected = "a list" }) }
 
---- Reads a transcript; raises with file and line what is wrong with one.
+--- Reads a transcript; raises an error with file and line if it is damaged.
 function transcript.read(path)
   local content, message = source.read_own(path)
   if not content then failure.raise(2, message) end

@@ -30,7 +30,7 @@ function usage.is_cut(estimated, counted)
   return counted ~= nil and estimated >= 500 and counted < estimated / 3
 end
 
---- Why a prompt may not be sent; nil where it may.
+--- Why a prompt may not be sent; nil if it may.
 ---@param caps { max_calls?: integer, max_tokens_total?: number }
 ---@param spent { calls: integer, input_tokens: number, output_tokens: number } failed requests too
 ---@param prompt integer estimated tokens

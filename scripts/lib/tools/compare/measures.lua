@@ -78,7 +78,7 @@ local function area(points)
 end
 
 --- How many runs reached the target, the median of the evaluations that this took (runs that missed
---- it count as longer than all; nil where the median is one of them), and the centre of the area
+--- it count as longer than all; nil if the median is one of them), and the centre of the area
 --- under the curve, as a mean over evaluations.
 ---@return { reached: integer, evaluations: number|nil, area: number, areas: number[],
 --- to_target: table<integer, number> }

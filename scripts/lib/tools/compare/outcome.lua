@@ -43,7 +43,7 @@ local function fitness_of(run, functions)
   return call
 end
 
--- The state of a script after a run's last generation; nil where it had none.
+-- The state of a script after a run's last generation; nil if it had none.
 local function state_of(run)
   return run.folder:kept(run.repetition, run.lines[#run.lines].generation).state
 end

@@ -9,7 +9,7 @@ function passes.best(description)
   return description.isa_available and description.isa_available:match "^[^,]+"
 end
 
---- The warning; nil where the best loops run.
+--- The warning; nil if the best loops run.
 ---@param description table of `device:describe()`
 ---@return string|nil
 function passes.warning(description)

@@ -20,7 +20,7 @@ local vtk = require "limax.tools.convert.vtk"
 local formats = {}
 
 -- A job has the paths `from` and `to`, the command's `arguments`, `notes`, which receive what is
--- lost, and the `robot`, nil where a run is written.
+-- lost, and the `robot`, nil if a run is written.
 
 ---@class limax.convert.format
 ---@field ending string

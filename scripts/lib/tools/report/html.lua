@@ -70,7 +70,7 @@ end
 --- A chart as a figure: SVG, its numbers as JSON for the script, and as a table.
 ---@param drawn limax.chart.inline
 ---@param title string that the chart shows
----@param caption? string what else is to be said of it
+---@param caption? string more about it
 function html.figure(drawn, title, caption)
   local name = html.escaped(title)
   local out = drawn.left_out > 0 and (", %d rows of %d"):format(#drawn.rows,

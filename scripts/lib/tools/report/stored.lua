@@ -30,7 +30,7 @@ function stored.spec_of(value)
   return spec
 end
 
--- The archive or the survival of a run; nil where it has none, or one without a list of measures.
+-- The archive or the survival of a run; nil if it has none, or one without a list of measures.
 local function definition_of(run, field, library)
   local value = run.config[field]
   if type(value) ~= "table" or value["function"] then return nil end

@@ -30,7 +30,7 @@ local sweep = {}
 ---@field repetition integer
 ---@field changes string[] "path=value"
 
---- The sweep in a folder; ends the command where there is none.
+--- The sweep in a folder; ends the command if there is none.
 ---@return limax.sweep
 function sweep.open(out)
   out = host.file.absolute(out)

@@ -125,7 +125,7 @@ function test.suite(name)
   return suite
 end
 
---- Did a file begin a suite that nobody runs? A script that is not run by `limax test`.
+--- Did a file begin a suite although `limax test` does not run it?
 ---@return boolean
 function test.begun() return #collected > 0 end
 
