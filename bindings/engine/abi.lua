@@ -29,13 +29,13 @@ end
 --- Version of the engine, such as "0.1.0".
 abi.version = ffi.string(C.limax_version())
 
--- Errors that are not mistakes of the caller; every other status is one.
+-- Errors that are not mistakes of the caller; every other status is a mistake of the caller.
 local KINDS = {
   [tonumber(C.LIMAX_OUT_OF_MEMORY)] = "memory", [tonumber(C.LIMAX_NO_DEVICE)] = "device",
   [tonumber(C.LIMAX_INTERNAL)] = "defect",
 }
 
---- Raises the engine's text where `status` is a failure.
+--- Raises the engine's text if `status` is a failure.
 ---@param status integer
 ---@param what string|nil the call, put in front of the text
 function abi.check(status, what)

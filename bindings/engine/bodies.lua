@@ -158,8 +158,8 @@ function class.end_bodies(self, why)
   object.end_views(self.writing_life, why)
 end
 
--- A view through which a script writes what `read` gives for the population, of robot i or of all;
--- `shape` is that of a robot. The bodies are unknown until they are checked.
+-- A view through which a script writes the array that `read` returns for the population, of robot i
+-- or of all; `shape` is that of a robot. The bodies are unknown until they are checked.
 local function writable(self, what, noun, i, read, element, shape, range)
   local handle = object.handle(what, self, class)
   local first = i and schema.index(what, i, self.count) - 1 or 0
@@ -259,7 +259,7 @@ function methods:set_body(i, voxels, weights, table_of_materials)
   class.end_bodies(self, "a body of its population was set")
 end
 
---- How different the bodies and genomes of some robots are. Takes time linear in their number.
+--- The diversity of the bodies and genomes of some robots, in time linear in their number.
 ---@param robots integer[]
 ---@return limax.diversity
 function methods:diversity(robots)

@@ -20,7 +20,7 @@ local WEIGHT = 16
 
 local MOST_THREADS = 1024
 
--- Threads where the script names no number; 0 is one per core.
+-- Threads if the script names no number; 0 is one per core.
 local function threads_of_environment()
   local text = os.getenv "LIMAX_THREADS"
   if not text or text == "" then return 0 end

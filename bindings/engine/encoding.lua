@@ -1,5 +1,5 @@
---- encoding.lua: how a genome is read: what its network reads of the voxel centres, and the layers
---- of the network. The positional encoding is drawn once for a seed and repetition.
+--- encoding.lua: encodings of genomes: the inputs that a network computes from the voxel centres,
+--- and its layers. The positional encoding is drawn once for a seed and repetition.
 
 local ffi = require "ffi"
 local C = require("limax.engine.abi").C

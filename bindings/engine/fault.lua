@@ -42,7 +42,7 @@ local library = { host.home .. "/scripts/lib/", host.home .. "/scripts/commands/
 
 local function begins(text, beginning) return text:sub(1, #beginning) == beginning end
 
--- Who wrote a stack frame: nil for C, "engine", "library" or "user".
+-- The author of a stack frame: nil for C, "engine", "library" or "user".
 local function writer(info)
   if info.what == "C" or info.currentline < 0 then return nil end
   local path = info.source:sub(2)
@@ -53,7 +53,7 @@ local function writer(info)
   return "user"
 end
 
---- Where the call came from: the nearest line of a user's file, else the nearest one outside
+--- The place of the call: the nearest line of a user's file, else the nearest one outside
 --- bindings/.
 ---@return string file as Lua shows it in messages; "?" where there is none
 ---@return integer line

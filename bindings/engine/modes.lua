@@ -18,7 +18,7 @@ local count_rule = schema.whole(1, 1000)
 ---@field damping_ratio number 1; above 1 it does not vibrate
 ---@field shape limax.view displacements [mass][3], the largest of length 1
 
---- The modes of the lowest frequencies of robot i, fewer where it has fewer.
+--- The modes of the lowest frequencies of robot i, fewer if it has fewer.
 ---@param robots limax.population
 ---@param i integer
 ---@param table_of_materials limax.materials

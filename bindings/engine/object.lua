@@ -1,6 +1,6 @@
---- object.lua: what every object over a C handle shares: a handle that `:free()` or the garbage
---- collector ends, a life whose stamp tells views that their data are gone, errors for freed
---- objects, and fields that scripts cannot change: memory is read by their sizes.
+--- object.lua: the common part of all objects over a C handle: a handle that `:free()` or the
+--- garbage collector ends, a stamp by which views detect that their data are gone, errors for freed
+--- objects, and fields that scripts cannot change, because memory is read by their sizes.
 
 local ffi = require "ffi"
 local abi = require "limax.engine.abi"

@@ -1,4 +1,4 @@
---- outcome.lua: what became of a robot in a simulation, as the engine's struct and as a table.
+--- outcome.lua: the outcome of a robot's simulation, as the engine's struct and as a table.
 
 local C = require("limax.engine.abi").C
 local names = require "limax.engine.names"
@@ -45,7 +45,7 @@ local PLACES = { "center_start", "center_middle", "center_end", "block_start", "
 local OPTIONAL = { block_start = true, block_middle = true, block_end = true,
   block_velocity = true }
 
---- Status of an outcome, and the reason where it is not "done".
+--- Status of an outcome, and the reason if it is not "done".
 ---@param o ffi.cdata* limax_outcome
 ---@return string status
 ---@return string|nil reason
@@ -75,7 +75,7 @@ function outcome.table(o)
   return result
 end
 
---- The outcomes of a simulation's robots, as the engine has them.
+--- The outcomes of a simulation's robots in the engine.
 ---@param simulation limax.simulation
 ---@return ffi.cdata* limax_outcome[simulation.count]
 function outcome.all(simulation) return C.limax_simulation_outcomes(simulation.handle) end

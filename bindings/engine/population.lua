@@ -20,7 +20,7 @@ local methods = class.methods
 -- counts of the interface are 32-bit
 local MOST = 2147483647
 
--- what a script may write to a gene: what a float holds
+-- range of a gene: that of a float
 local FINITE = { minimum = -3.4028234663852886e38, maximum = 3.4028234663852886e38 }
 
 local function anything(value) return value end
@@ -75,9 +75,9 @@ local function population(options)
     voxels_each = lattice[1] * lattice[2] * lattice[3], bodies_life = object.life(),
     -- of views through which a script writes bodies
     writing_life = object.life(),
-    -- what memory is read by: a script may change the list `lattice`
+    -- sizes by which memory is read: a script may change the list `lattice`
     extent = { lattice[1], lattice[2], lattice[3] },
-    -- of the material table that bodies were last read by
+    -- of the material table with which bodies were last expressed or checked
     materials_count = tonumber(C.LIMAX_MAX_MATERIALS),
   })
 end

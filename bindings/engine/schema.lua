@@ -55,7 +55,7 @@ end
 ---@param value any
 function schema.any(value) return value end
 
---- Checks a value that must be there; raises at the user's line.
+--- Checks a required value; raises at the user's line.
 ---@param rule schema.rule
 ---@param value any
 ---@param path string
@@ -67,7 +67,7 @@ function schema.demand(rule, value, path)
   return result
 end
 
---- The rule of a value that must be there.
+--- The rule of a required value.
 ---@param rule schema.rule
 ---@return schema.rule
 function schema.required(rule)

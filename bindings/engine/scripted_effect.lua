@@ -26,7 +26,7 @@ local function line_in(path, text)
   local content = file and file:read "*a"
   if file then file:close() end
   if not content then return nil end
-  -- as Lua reads a text over several lines
+  -- the line ends of a long text as Lua reads them
   content = content:gsub("\r\n", "\n")
   local start = content:find(text, 1, true)
   if not start or content:find(text, start + 1, true) then return nil end

@@ -195,7 +195,7 @@ function methods:run(on_progress)
   end
 end
 
---- How this simulation is computed: `device`; for cpu `passes`; for cuda `path`,
+--- Describes the computation of this simulation: `device`; for cpu `passes`; for cuda `path`,
 --- `effects`, `precision`, `architecture`, the kernel's `origin` ("ahead of time", "cached",
 --- "compiled") and the `seconds` it took to get it, `threads`, `registers`, `spilled` (bytes),
 --- `shared_bytes`, `blocks_of_multiprocessor`, `instructions`. Prepares the robots, so the first
@@ -273,7 +273,7 @@ end
 ---@field velocity number[] m/s
 ---@field angular_velocity number[] rad/s, in the world
 
---- Where robot i's rigid block is now and how it moves; raises in a scene without one.
+--- Place and motion of robot i's rigid block now; raises in a scene without one.
 ---@param i integer
 ---@return limax.block_state
 function methods:block(i)

@@ -8,8 +8,8 @@ local suggest = require "limax.engine.suggest"
 
 local strict = {}
 
--- `name` as it is called, and how many of the parameters are arguments there: all, or of a method
--- all but the object.
+-- `name` as in a call, and the number of arguments of the call: all parameters, of a method all but
+-- the object.
 local function checked(name, call, arguments, parameters)
   local expected = arguments == 0 and "no argument"
     or ("at most %d argument%s"):format(arguments, arguments == 1 and "" or "s")

@@ -77,7 +77,7 @@ local function entries(self) return next_entry, self, 0 end
 
 -- ---- a row of numbers ---------------------------------------------------------------------------
 
----@class limax.row : limax.view
+---@class limax.view.row : limax.view
 
 -- The type of rows of `length` numbers. A type for each length: compiled code then keeps a row in
 -- registers.

@@ -1,4 +1,4 @@
---- doctor.lua: `limax doctor`: what this machine offers, what is missing, and a self check of the
+--- doctor.lua: `limax doctor`: lists what this machine has and what is missing, and checks the
 --- simulation.
 
 local engine = require "limax.engine"

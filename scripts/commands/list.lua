@@ -68,7 +68,7 @@ local function row_of(path)
     archive and archive.coverage or nil, archive and archive.qd_score or nil }
 end
 
--- A folder, and what is damaged in it.
+-- A folder and its damage.
 local function checked(path)
   local fine, folder = failure.attempt(reader.read, path)
   local found = folder
@@ -76,7 +76,7 @@ local function checked(path)
   return folder, fine and check.text(found) or "  " .. failure.bare(found)
 end
 
--- Prints what is damaged in each folder; status 1 where something is.
+-- Prints the damage of each folder; returns status 1 if there is any.
 local function verify(found)
   local damaged = 0
   for _, path in ipairs(found) do

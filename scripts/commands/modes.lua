@@ -1,4 +1,4 @@
---- modes.lua: `limax modes ROBOT|RUN`: how a robot vibrates: its natural frequencies beside that of
+--- modes.lua: `limax modes ROBOT|RUN`: the natural frequencies of a robot, beside the frequency of
 --- its muscles.
 
 local earlier = require "limax.tools.report.earlier"

@@ -66,7 +66,7 @@ command.is_experiment = experiments.is
 
 -- ---- before the run -----------------------------------------------------------------------------
 
--- Calls what can refuse for a reason that the user should read without a traceback.
+-- Calls a function whose error is shown to the user without a traceback.
 local function or_refuse(status, call, ...)
   local ok, value = failure.attempt(call, ...)
   if ok then return value end
@@ -243,7 +243,7 @@ local function make_folder(session, experiment, arguments, changes)
   session.folder:begin(experiment, { repetition = session.only, overrides = changes })
 end
 
--- Begins to write the folder. Only the first rank does, and knows what is left.
+-- Begins to write the folder, on the first rank only, which then sends what is left to the others.
 local function begin(session, experiment, arguments, changes, device)
   if not session.folder then make_folder(session, experiment, arguments, changes) end
   -- from here on even a hard stop prints how to continue
@@ -283,7 +283,7 @@ local function execute(session, experiment, arguments)
     total = budget.most_generations(config) * (session.last - session.first + 1),
     repetitions = config.repetitions, write = not exchange.is_first and function() end or nil }
   local options = start_options(session, arguments, device)
-  -- everything that the engine may refuse is tried before a folder is made
+  -- the engine checks everything before a folder is made
   local first_run = or_refuse(2, evolve.start, experiment, options)
   session.path = exchange.first(function()
     return begin(session, experiment, arguments, changes, device)
@@ -312,7 +312,7 @@ local function end_early(session, value, trace)
   if session.progress then session.progress:finish() end
   local folder = session.folder
   local is_interrupt = value == host.interrupt
-  -- a run is done when the failure was in showing it
+  -- a run is done also if showing it failed
   if folder and session.progress and not session.done then
     failure.attempt(folder.finish, folder, is_interrupt and "stopped" or "failed",
       not is_interrupt and tostring(value) or nil)

@@ -149,7 +149,7 @@ local function run_here(self, left, arguments)
   return fine and 1 or host.signal.status()
 end
 
--- Prints what the sweep has, and what reads it.
+-- Prints the state of the sweep and the commands that read it.
 local function show_end(self)
   local left, folder = #sweep.left(self), shell.path(self.out)
   if left > 0 then
@@ -162,7 +162,7 @@ local function show_end(self)
   end
 end
 
--- The runs that are left, from another one on at each rank.
+-- The runs that are left, in an order that begins with another one on each rank.
 local function left_here(self)
   local left, list = sweep.left(self), {}
   local before = math.floor(exchange.index * #left / exchange.count)
@@ -185,7 +185,7 @@ function command.run(arguments)
     if #left == 0 then
       output.warn "all runs are done\n"
     elseif self.out:find '[%c"\\]' then
-      -- lines are commands, and Slurm reads quotes and backslashes in a way of its own
+      -- lines are commands, and Slurm has its own rules for quotes and backslashes
       failure.raise(2, ("--slurm and --list need a folder without control characters, \" and \\,"
         .. " got %s"):format(shell.path(self.out)))
     elseif arguments.slurm then

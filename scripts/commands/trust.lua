@@ -1,5 +1,5 @@
---- trust.lua: `limax trust DIR`: shows what a folder of somebody else would run, and seals it with
---- the key of this user.
+--- trust.lua: `limax trust DIR`: shows the scripts that a folder of somebody else would run, and
+--- seals it with the key of this user.
 
 local choice = require "limax.base.choice"
 local config = require "limax.run.config"

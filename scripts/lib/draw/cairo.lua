@@ -60,7 +60,7 @@ local FONT = "DejaVu Sans"
 -- values of Cairo's enumerations
 local ARGB32, BOLD, JOIN_ROUND, GRAY, UNHINTED = 0, 1, 1, 2, 1
 local PDF_TITLE, PDF_CREATED = 0, 5
--- a PDF has no clock in it: the same drawing is the same file
+-- a PDF contains no date, so that equal drawings give equal files
 local CREATED = "1970-01-01T00:00:00Z"
 local POINTS_PER_PX = 72 / 96
 -- of a PNG: bytes of signature and header, and the reversed polynomial of its CRC

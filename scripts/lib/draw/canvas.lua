@@ -1,6 +1,6 @@
---- canvas.lua: what everything is drawn on: pictures, film strips, frames of animations, figures
---- and the charts of a report. The same calls make PNG, PDF, SVG or pixels. Lengths are px of 1/96
---- inch, x to the right and y downwards.
+--- canvas.lua: the drawing surface of pictures, film strips, frames of animations, figures and the
+--- charts of a report. The same calls make PNG, PDF, SVG or pixels. Lengths are px of 1/96 inch, x
+--- to the right and y downwards.
 
 local cairo = require "limax.draw.cairo"
 local svg = require "limax.draw.svg"

@@ -1,4 +1,4 @@
---- motion.lua: what pictures need of a robot's motion: poses at some times, the path, the skin.
+--- motion.lua: a robot's motion for pictures: poses at some times, the path, the skin.
 --- World points are turned to { along the path, away from the viewer, up }, m; up is against
 --- gravity, so that a slope is seen as one.
 
@@ -75,7 +75,7 @@ local function sample_at(trace, time)
   return math.min(trace:size(), math.max(0, math.floor(time * trace.rate + 0.5)) + 1)
 end
 
--- The height that a pose is seen from: of the ground below its middle, else about that of the body.
+-- The viewer's height for a pose: of the ground below its middle, else about that of the body.
 local function base_of(film, pose, rate)
   local ground = stage.ground_height(film.stage, pose.middle[1], pose.middle[2])
   if ground then return ground end
@@ -140,7 +140,7 @@ local function add_pose(film, sample, rate, points, corners)
   return pose
 end
 
---- Everything that pictures draw of a robot that motion.simulate has simulated.
+--- Makes the film of a robot that motion.simulate has simulated.
 ---@param times number[] s, of the poses
 ---@return limax.motion.film
 function motion.of(robot, times)

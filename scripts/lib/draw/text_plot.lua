@@ -22,7 +22,7 @@ local function braille(bits)
     0x80 + bit.band(code, 0x3f))
 end
 
--- Smallest and largest of one coordinate over all series; widened where they are equal.
+-- Smallest and largest of one coordinate over all series; widened if they are equal.
 local function range(series, k)
   local low, high = math.huge, -math.huge
   for _, line in ipairs(series) do

@@ -1,6 +1,6 @@
 --- order.lua: the order in which pieces are painted, the farthest first, so that each may be
---- painted over those before it. What does not move divides space by its planes (a BSP tree); small
---- faces, of bodies and terrain, are cut where they cross one, and sorted by depth within a part of
+--- painted over those before it. The planes of fixed things divide space (a BSP tree); small faces,
+--- of bodies and terrain, are cut where they cross a plane, and sorted by depth within a part of
 --- space. Metres, along, away, up.
 
 local polygon = require "limax.draw.picture.polygon"

@@ -1,4 +1,4 @@
---- polygon.lua: flat, convex pieces of what a picture shows, and how planes cut them. A plane is a
+--- polygon.lua: flat, convex pieces of a picture, and cuts by planes. A plane is a
 --- normal n and an offset: n.p = offset; points with n.p > offset are in front of it. Metres,
 --- along, away, up.
 
@@ -45,8 +45,8 @@ function polygon.bounds(dimensions)
   end
 end
 
---- The parts of a polygon in front of a plane and behind it. What leaves the plane by less than
---- `slack` is not cut; what lies within it on both sides counts as in front.
+--- The parts of a polygon in front of a plane and behind it. A polygon that leaves the plane by
+--- less than `slack` on a side is not cut; one that does so on both sides counts as in front.
 ---@param whole limax.picture.polygon
 ---@param slack? number m, 0 if left out
 ---@return limax.picture.polygon|nil front

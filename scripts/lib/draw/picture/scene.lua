@@ -62,7 +62,7 @@ local function each_point(film, take, low, high)
   end
 end
 
--- How far the bodies of all poses, and the block where it is near, reach around the middle.
+-- The extent of the bodies of all poses around the middle, and of the block if it is near.
 local function reach_of(film)
   local low, high, take = polygon.bounds(3)
   each_point(film, take)
@@ -146,7 +146,7 @@ local function draw_ground(canvas, film, slab, place)
   canvas:line(corners[1], corners[2], EDGE, 1.2)
 end
 
--- It falls straight down.
+-- Draws a shadow straight below the body.
 local function draw_shadow(canvas, film, points, place)
   local shadow = {}
   for k, p in ipairs(points) do
@@ -164,7 +164,7 @@ local function draw_trail(canvas, film, pose, place, frame)
     { fill = scene.trail, stroke = "#ffffff", width = 0.9 })
 end
 
---- Draws everything that hides and is hidden: the world in a slab, and a pose of the body.
+--- Draws the world in a slab and a pose of the body, the farthest pieces first.
 ---@param place fun(p: number[]): number[] a point on the canvas, px
 ---@param thin number px, the lines between faces
 ---@param pose? limax.motion.pose without one only the world is drawn

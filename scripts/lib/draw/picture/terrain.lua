@@ -57,8 +57,8 @@ local function add_walls(patches, stage, slab, step, floor, sight)
   end
 end
 
---- Pieces that face the viewer. Where heights are finer than a picture can show some are left out;
---- where they are coarse the surface between them is followed.
+--- Pieces that face the viewer. Some heights are left out where they are finer than the picture,
+--- and the surface between them is divided where they are coarse.
 ---@param within limax.picture.space[] the slab; its first four sides are upright
 ---@param sight? number[] away from the viewer; without it all sides are returned
 ---@return limax.picture.polygon[]

@@ -1,5 +1,5 @@
---- world.lua: what is around a robot, as its scene states it: one description for pictures and for
---- the viewer of a report. World coordinates, m.
+--- world.lua: describes the surroundings of a robot, from its scene, for pictures and the viewer of
+--- a report. World coordinates, m.
 
 local choice = require "limax.base.choice"
 local polygon = require "limax.draw.picture.polygon"
@@ -38,7 +38,7 @@ local LEVEL = 1e-6
 -- A plane whose normal points up by more than this is a floor, else a wall.
 local FLOOR = 0.5
 
--- Against gravity, where that is upwards at all.
+-- The direction against gravity if it points upwards, else z.
 local function up_of(scene)
   local solid = scene.ground or scene.planes or scene.terrain or scene.boxes
   local g = scene.gravity and scene.gravity.acceleration
