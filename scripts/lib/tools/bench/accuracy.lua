@@ -1,4 +1,4 @@
---- accuracy.lua: `limax bench accuracy`: what accuracy costs, as scripts/ACCURACY.md explains.
+--- accuracy.lua: `limax bench accuracy`: the cost of accuracy, as scripts/ACCURACY.md explains.
 
 local ranking = require "limax.tools.bench.accuracy.ranking"
 local terminal = require "limax.base.terminal"
@@ -42,7 +42,7 @@ local FULL = { cases = 4, robots = 48, generations = 15, reference = 5e-6, secon
   rest = { set = {}, reference = 1e-5,
     settings = ranking.settings({ "preview", "evolve", "publish" }, {}) } }
 
---- Ranks robots under each setting, prints a table, and stores what was measured of the tiers for
+--- Ranks robots under each setting, prints a table, and stores the measurements of the tiers for
 --- `limax run` and `limax doctor`.
 ---@param how table the command's arguments; `size` instead of the usual ones
 ---@return limax.bench_result

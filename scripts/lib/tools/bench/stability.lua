@@ -38,8 +38,8 @@ local function run_case(case, device, how, width, rows, verdicts)
   for _, failure in ipairs(failures) do how.say(failure) end
 end
 
---- Runs the cases and prints the table: in how many combinations of integrator and precision each
---- holds.
+--- Runs the cases and prints the table: the number of combinations of integrator and precision in
+--- which each holds.
 ---@param how table `filter`: part of "KIND: NAME"; `full`: the long versions, in every
 --- combination; `fraction` of the step's bound where a case sets none
 ---@return limax.bench_result failed if a case fails or its verdicts differ

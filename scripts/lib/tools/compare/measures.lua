@@ -1,5 +1,5 @@
---- measures.lua: numbers of an arm's runs: how much a language model set, the outcomes of
---- proposals, and without a claim how soon the runs reached a target.
+--- measures.lua: numbers of an arm's runs: the share of generations that a language model set, the
+--- outcomes of proposals, and without a claim the evaluations until the runs reached a target.
 
 local proposals = require "limax.supervise.proposals"
 local sample = require "limax.base.statistics.sample"

@@ -45,7 +45,7 @@ recorded.entries = {
       .. "reference = ... }" },
 }
 
--- Numbers that mean different things cannot be compared.
+-- Refuses numbers that depend on different settings: they cannot be compared.
 local function check_same(name, first, run)
   local same, found = recorded.entries[name].same, {}
   for k, each in ipairs { first, run } do

@@ -1,5 +1,5 @@
---- progress.lua: what a run shows on standard error: a bar that is redrawn in place on a terminal,
---- one line per generation elsewhere, only warnings when quiet.
+--- progress.lua: the progress of a run on standard error: a bar that is redrawn in place on a
+--- terminal, one line per generation elsewhere, only warnings when quiet.
 
 local duration = require "limax.base.duration"
 local host = require "limax.host"

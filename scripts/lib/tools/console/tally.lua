@@ -1,4 +1,4 @@
---- tally.lua: how many robots of a run failed, and why; what its time was spent on.
+--- tally.lua: counts the failed robots of a run by reason, and the time of its parts.
 
 local choice = require "limax.base.choice"
 local source = require "limax.base.source"

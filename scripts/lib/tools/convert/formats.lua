@@ -1,5 +1,5 @@
---- formats.lua: the formats of `limax convert`, one row each: how a file is read or written, and
---- what it cannot hold.
+--- formats.lua: the formats of `limax convert`, one row each: functions that read or write a file,
+--- and the data that it cannot hold.
 
 local defaults = require "limax.settings.defaults"
 local evogym = require "limax.tools.convert.evogym"

@@ -1,5 +1,6 @@
---- input.lua: what `limax convert` reads: files of other programs, errors that name the file, the
---- field and the valid range, champions of runs, and the checks of a robot of any format.
+--- input.lua: reads the input of `limax convert`: files of other programs, with errors that name
+--- the file, the field and the valid range, champions of runs, and the checks of a robot of any
+--- format.
 
 local body = require "limax.robot.body"
 local defaults = require "limax.settings.defaults"

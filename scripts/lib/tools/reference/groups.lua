@@ -4,7 +4,7 @@
 --- A group: `title`, `text`, `files` with the comments, `class` whose fields are entries too,
 --- `prefix` before a name in scripts, `holder` before it in the files, `stage`, Lua that makes what
 --- the examples use, and `examples`: a line "name  example" for each function or value. A name may
---- be followed by where its comment is: "name=holder.name  example".
+--- be followed by the place of its comment: "name=holder.name  example".
 
 local of_engine = require "limax.tools.reference.engine_groups"
 

@@ -1,4 +1,4 @@
---- kind.lua: the limax class of a value, by the fields of its objects.
+--- kind.lua: finds the limax class of a value by its fields.
 
 local engine = require "limax.engine"
 local scored_robot = require "limax.robot.scored_robot"

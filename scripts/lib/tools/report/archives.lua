@@ -1,5 +1,4 @@
---- archives.lua: what a run remembers and what it searches for besides its best: maps of archives,
---- Pareto fronts and islands. Of each arm the leading run is drawn.
+--- archives.lua: maps of archives, Pareto fronts and islands. The leading run of each arm is drawn.
 
 local curves = require "limax.tools.report.curves"
 local palette = require "limax.draw.palette"

@@ -1,5 +1,5 @@
---- arms.lua: runs grouped into arms, by configuration without seed and repetition. Arms differ in
---- how they search; what they search for and their budget must be the same, else they cannot be
+--- arms.lua: groups runs into arms, by configuration without seed and repetition. Arms differ in
+--- their methods of search; their question and budget must be the same, else they cannot be
 --- compared.
 
 local choice = require "limax.base.choice"

@@ -1,6 +1,6 @@
 --- earlier.lua: the robot that a command names: a robot file, the champion of a run folder, or any
---- robot of it by its id: its genes are in the files of the generation that it was new in, whose
---- champion's file has the world it was simulated in.
+--- robot of it by its id: its genes are in the files of its first generation, whose champion's file
+--- has the world in which it was simulated.
 
 local bytes = require "limax.base.bytes"
 local failure = require "limax.base.failure"

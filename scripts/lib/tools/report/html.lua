@@ -59,7 +59,7 @@ function html.table(columns, rows, caption)
     caption, table.concat(head), table.concat(lines))
 end
 
---- Something that is folded away until it is opened.
+--- A part of the page that is closed until the reader opens it.
 ---@param body string HTML
 ---@param open_id? string the id of one that is open at first
 function html.details(summary, body, open_id)

@@ -1,5 +1,5 @@
---- search.lua: how a run searches, in words: encoding, variation, selection, survival, archive,
---- islands and trials of its configuration, with the defaults where it names none.
+--- search.lua: describes a run's method of search in words: encoding, variation, selection,
+--- survival, archive, islands and trials of its configuration, with defaults for those it lacks.
 
 local defaults = require "limax.settings.defaults"
 local source = require "limax.base.source"

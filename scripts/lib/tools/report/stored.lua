@@ -1,5 +1,5 @@
---- stored.lua: what a run folder holds of archives and objectives: the rows of an archive, the
---- last Pareto front, and bodies.
+--- stored.lua: reads archives and objectives of a run folder: the rows of an archive, the last
+--- Pareto front, and bodies.
 
 local archive = require "limax.archive"
 local archived = require "limax.evolution.archived"

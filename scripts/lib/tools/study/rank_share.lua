@@ -1,5 +1,5 @@
---- rank_share.lua: what a rank of mpirun computes on: ranks of one host divide the cores and GPUs
---- that all of them see. All must give the same bits.
+--- rank_share.lua: divides the cores and GPUs of a host among its ranks of mpirun. All must compute
+--- the same bits.
 
 local ffi = require "ffi"
 

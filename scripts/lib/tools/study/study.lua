@@ -1,6 +1,6 @@
---- study.lua: does supervision help? Every arm of plan.lua in every repetition, with equal budgets
---- of evaluations and equal first populations, and then the comparison of `limax compare`. A study
---- is a folder; started again there it continues.
+--- study.lua: a study of whether supervision helps. It runs every arm of plan.lua in every
+--- repetition, with equal budgets of evaluations and equal first populations, and then compares as
+--- `limax compare` does. A study is a folder, and continues if it is started there again.
 
 local arms = require "limax.tools.report.arms"
 local budget = require "limax.experiment.budget"

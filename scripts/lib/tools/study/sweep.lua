@@ -71,7 +71,7 @@ local function check_script(self, experiment)
   if now ~= host.json.encode(self.script.scripts) then refuse_script(self) end
 end
 
--- Takes the numbers of the runs that a folder already has; new ones follow them.
+-- Keeps the numbers of the runs that a folder already has; new ones follow them.
 local function extend(self, earlier)
   local by_path, list, known = {}, earlier.runs, {}
   for _, run in ipairs(self.runs) do by_path[run.path] = run end
@@ -90,7 +90,7 @@ local function extend(self, earlier)
   self.runs = list
 end
 
--- Locks a file of the sweep until this process ends; nil where another process has it.
+-- Locks a file of the sweep until this process ends; nil if another process has locked it.
 local function lock_of(out, name)
   local lock, message = host.file.lock(("%s/.locks/%s"):format(out, name))
   -- the host tells a lock of another process from other errors by the text only
@@ -162,7 +162,7 @@ function sweep.left(self)
   return list
 end
 
---- Takes a run for this process, until its end; nil where another process has it.
+--- Locks a run for this process, until its end; nil if another process has locked it.
 ---@param number integer
 ---@return limax.host.lock|nil
 function sweep.claim(self, number) return lock_of(self.out, number) end

@@ -28,7 +28,7 @@ function tuning.budget(study)
   return settings, math.max(least, math.floor(all / settings))
 end
 
--- A setting drawn from the ranges of the ledger: rates and scales log-uniformly, others uniformly.
+-- Draws a setting from the ranges of proposals: rates and scales log-uniformly, others uniformly.
 local function drawn(study, repetition, k)
   local random, breeding = engine.random(study.config.seed, repetition, "user", k, 0), {}
   for _, limit in ipairs(proposals.limits(study.config.population)) do

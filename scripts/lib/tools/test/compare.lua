@@ -85,7 +85,7 @@ local function differences_of(expected, got, excess)
   return list
 end
 
---- Where two values are not equal; NaN equals NaN.
+--- The places where two values are not equal; NaN equals NaN.
 ---@return limax.difference[]
 function compare.equal(expected, got)
   return differences_of(expected, got, function(a, b)
@@ -93,7 +93,7 @@ function compare.equal(expected, got)
   end)
 end
 
---- Where two values do not have the same bits.
+--- The places where two values do not have the same bits.
 ---@return limax.difference[]
 function compare.same_bits(expected, got)
   return differences_of(expected, got, function(a, b)
@@ -103,8 +103,8 @@ function compare.same_bits(expected, got)
   end)
 end
 
---- Where numbers differ by more than atol + rtol |expected|, or other values are not equal. NaN
---- always differs.
+--- The places where numbers differ by more than atol + rtol |expected|, or other values are not
+--- equal. NaN always differs.
 ---@param expected any
 ---@param got any
 ---@param tolerance { rtol: number, atol: number }

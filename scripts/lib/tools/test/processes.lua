@@ -70,7 +70,7 @@ function run:print(text, is_error)
   table.insert(self.events, { event = "printed", text = text, is_error = is_error })
 end
 
--- Takes an event of the process.
+-- Handles an event of the process.
 function run:take(event)
   if type(event) ~= "table" then return end
   self.ended = event.event == "end"
@@ -88,7 +88,7 @@ function run:take(event)
   table.insert(self.events, event)
 end
 
--- Takes new output; false without any.
+-- Reads new output; false without any.
 function run:read()
   local new = self.child.out:read(MOST)
   local errors = self.child.err:read(MOST)

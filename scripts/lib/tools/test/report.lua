@@ -1,4 +1,4 @@
---- report.lua: what `limax test` prints: plain lines for people, lines of JSON for programs. A
+--- report.lua: the output of `limax test`: plain lines for people, lines of JSON for programs. A
 --- reporter is a function that takes events: tables with `event` "begin", "file", "start" (of a
 --- test), "test" (its result) and "end". Times in seconds.
 

@@ -1,5 +1,5 @@
---- statistics.lua: `t:statistically`: whether a mean over seeds is as expected. It fails only if
---- chance would explain the sample less often than `level`.
+--- statistics.lua: `t:statistically` tests a mean over seeds. It fails only if chance would explain
+--- the sample less often than `level`.
 
 local student = require "limax.base.statistics.student"
 

@@ -1,4 +1,4 @@
---- test.lua: what a suite file uses:
+--- test.lua: the module of suite files:
 ---
 ---   local suite = require("limax.test").suite "my walker"
 ---   suite:test("travels", { devices = "all", limit = 20 }, function(t)

@@ -1,7 +1,7 @@
---- ranking.lua: how well cheap settings keep the order in which the finest one ranks robots: random
---- and evolved populations of the shipped scenes. The chaos floor is the finest setting against
---- itself at a step changed by about one part in 1e4; no setting can be expected to beat it.
---- SI units.
+--- ranking.lua: compares the ranks of robots under cheap settings with those under the finest one,
+--- for random and evolved populations of the shipped scenes. The chaos floor is the finest setting
+--- against itself at a step changed by about one part in 1e4; no setting can be expected to beat
+--- it. SI units.
 
 local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"

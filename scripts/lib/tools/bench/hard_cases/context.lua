@@ -177,7 +177,7 @@ function Run:outcome(robot) return self.simulation:outcome(robot or 1) end
 --- Weight of robot 1 under the engine's gravity, N.
 function Run:weight() return context.GRAVITY * self:outcome().mass end
 
---- How far the centre of mass of robot 1 moved along an axis, m.
+--- The displacement of robot 1's centre of mass along an axis, m.
 function Run:moved(axis)
   local outcome = self:outcome()
   return outcome.center_end[axis] - outcome.center_start[axis]

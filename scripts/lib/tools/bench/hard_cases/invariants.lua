@@ -1,4 +1,4 @@
---- invariants.lua: what holds in every hard case: numbers are finite, robots end as the case
+--- invariants.lua: the checks of every hard case: numbers are finite, robots end as the case
 --- expects, the energy of a passive scene never rises, and without external forces the centre of
 --- mass moves by Newton's laws and angular momentum is kept. SI units.
 
