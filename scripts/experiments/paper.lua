@@ -22,7 +22,7 @@ local not_in_paper = {
   "frequency: all muscles at 2 Hz",
   "sign: plus for an expanding muscle, minus for a contracting one",
   "springs: 28 per voxel, between every two of its corners; neighbours share them",
-  "masses: a site is one mass, 0.1 kg, however many voxels meet there",
+  "masses: a site is one mass, 0.1 kg, however many voxels share it",
   "network: two hidden layers of 32, tanh",
   "features: 16 rows of B, 32 inputs; B is drawn once per repetition",
   "input: the centres of the outer voxels are at -1 and 1 along each axis",

@@ -110,7 +110,7 @@ device_cases.list = {
     make = shaped(function() return true end) },
 }
 
---- A simulation of a case that records what devices are compared by.
+--- A simulation of a case that records the traces in which devices are compared.
 ---@param case limax.device_case
 ---@param population limax.population
 ---@param how { precision: string|nil, integrator: string|nil }

@@ -98,7 +98,7 @@ function field_page.tree(sections, heading, root)
       field.unit, field.optional = row.unit, row.optional
       local part = row.part == "REFERENCE.md" and name:match "%l+$" or row.part
       if part then field_page.tree(sections, part, field) end
-      -- which robots are kept is no field of a simulation: config.json has it as record_population
+      -- config.json has the robots that are kept as record_population, not in the simulation
       if part == "record" then field.children.population = nil end
     end
   end

@@ -11,7 +11,7 @@ local forged = {}
 
 local function write(path, text) assert(host.file.write_atomic(path, text)) end
 
--- Where the line of a generation ends in a growing file, and its hash.
+-- The end of a generation's line in a growing file, and its hash.
 local function line_part(text, generation)
   local at, k = 0, -1
   for line in text:gmatch "[^\n]*\n" do
@@ -20,7 +20,7 @@ local function line_part(text, generation)
   end
 end
 
---- Replaces the text of a file, and what the journal states of it.
+--- Replaces the text of a file, and its size and hash in the journal.
 ---@param folder string
 ---@param file string below it
 ---@param change fun(text: string): string

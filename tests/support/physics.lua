@@ -201,7 +201,7 @@ end
 
 -- ---- a run --------------------------------------------------------------------------------------
 
--- Puts the body's lowest corner at its position, and finds what anchors hold.
+-- Puts the body's lowest corner at its position, and finds the masses that anchors hold.
 local function start(world, options)
   local held, low = world.scene.anchors, { 1e9, 1e9, 1e9 }
   for _, mass in ipairs(world.masses) do
@@ -236,7 +236,7 @@ function physics.run(robot, scene, options)
   local world = body.of(robot, options.sharing)
   world.scene, world.edge, world.contacts = scene, robot.edge, contacts.of(scene)
   world.block = scene.block and block.new(scene.block, options.position)
-  world.pairs = scene.self_collision and body.pairs_that_meet(world.masses)
+  world.pairs = scene.self_collision and body.contact_pairs(world.masses)
   for _, s in ipairs(world.springs) do s.c = scene.damping and s.c or 0 end
   local state, samples, dt = start(world, options), {}, options.time_step
   local function whole(seconds) return floor(seconds / dt + 0.5) end

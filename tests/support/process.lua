@@ -7,12 +7,12 @@ local process = {}
 
 -- a process is killed after so many seconds, so that no test hangs
 local LIMIT = 600
--- how long a process may take to start, s
+-- time for a process to start, s
 local START = 300
 -- polling interval, s
 local LOOK = 0.01
 
---- How long after its deadline a wait may end on a loaded machine, s.
+--- Time by which a wait may exceed its deadline on a loaded machine, s.
 process.LATE = 50
 
 --- A word quoted for the shell.

@@ -29,7 +29,7 @@ suite:test("a printed command names a folder with control characters", function(
   pipe:close()
 end)
 
--- Files that write by themselves: what tests and users print, the bar, a cleared screen.
+-- Files that write by themselves: the output of tests and users, the bar, a cleared screen.
 local OTHERS = { ["scripts/lib/base/output.lua"] = true, ["scripts/commands/test.lua"] = true,
   ["scripts/lib/tools/console/progress.lua"] = true, ["scripts/commands/watch.lua"] = true }
 

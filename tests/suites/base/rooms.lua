@@ -6,7 +6,7 @@ local source = require "limax.base.source"
 
 local suite = require("limax.test").suite "rooms"
 
--- From the ground up. limax.lua is what `require "limax"` gives, main.lua the command line.
+-- From the ground up. limax.lua is the module `limax`, main.lua the command line.
 local ROOMS = { "bindings/engine/", "scripts/lib/base/", "scripts/lib/settings/",
   "scripts/lib/robot/", "scripts/lib/run/", "scripts/lib/supervise/", "scripts/lib/experiment/",
   "scripts/lib/evolution/", "scripts/lib/draw/", "scripts/lib/limax.lua", "scripts/lib/tools/",

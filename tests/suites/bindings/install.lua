@@ -1,4 +1,4 @@
---- install.lua: what `cmake --install` copies runs from its new place.
+--- install.lua: the files that `cmake --install` copies run from their new place.
 
 local host = require "limax.host"
 local shell = require "limax.base.shell"

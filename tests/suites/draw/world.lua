@@ -1,4 +1,4 @@
---- world.lua: what pictures draw of the world around a robot.
+--- world.lua: the world around a robot in pictures.
 
 local canvases = require "limax.draw.canvas"
 local host = require "limax.host"

@@ -1,4 +1,4 @@
---- devices.lua: a GPU computes what the CPU computes: the same motion within a tolerance, and the
+--- devices.lua: a GPU and the CPU compute the same: the same motion within a tolerance, and the
 --- same statistics. Genomes and bodies are compared in tests/engine/backend/cuda. SI units.
 
 local agreement = require "limax.tools.bench.agreement"

@@ -25,7 +25,7 @@ local SLAB = { voxels = "bbb\nbbb" }
 
 local land, slope = limax.scenes.land, limax.scenes.slope
 
--- How far the centre of mass moves shows that a case is about what its name says.
+-- The displacement of the centre of mass shows that a case does what its name states.
 local CASES = {
   { "a body with holes is thrown and bounces", HOLES, moves = { 0.1, 0.3 },
     scene = { gravity = true, ground = { damping_ratio = 0.3 }, damping = true, actuation = true },
@@ -45,7 +45,7 @@ local CASES = {
       planes = { { normal = { -1, 0, 0.2 }, offset = -0.6 }, { normal = { 0, 3, 0 }, offset = 0 } },
       spheres = { { center = { 0.5, 0.1, 0 }, radius = 0.15 }, { center = { -0.1, 0.1, 0 } } },
       boxes = { from = { 0.3, -1, 0 }, to = { 0.45, 1, 0.1 } } } },
-  { "parts of a body meet", HAIRPIN, scene = land { self_collision = { reach = 1.5 } } },
+  { "parts of a body touch", HAIRPIN, scene = land { self_collision = { reach = 1.5 } } },
   { "wind", SLUG, moves = { 0.01, 1 },
     scene = land { wind = { velocity = { -3, 2, 0.5 }, drag = 0.1 }, friction = { kinetic = 0.1,
       static = 0.1 } } },

@@ -160,8 +160,8 @@ local WRONG_RESULTS = {
 }
 
 suite:test("a fitness that is wrong in the first generation stops the run", function(t)
-  t:raises("robot 1 of the first generation: the fitness failed: .*nobody", function()
-    finished { fitness = function() error "nobody" end }
+  t:raises("robot 1 of the first generation: the fitness failed: .*no robot", function()
+    finished { fitness = function() error "no robot" end }
   end)
   for message, results in pairs(WRONG_RESULTS) do
     t:raises(message, function()

@@ -21,7 +21,7 @@ local function started(t, text)
   return child
 end
 
--- Sends SIGINT, or another signal, to a script that is ready, and returns what it has printed.
+-- Sends SIGINT, or another signal, to a script that is ready, and returns its output.
 local function interrupt(t, text, signal)
   local child = started(t, text)
   child:signal(signal or "INT")

@@ -1,5 +1,5 @@
---- survival.lua: who goes on to the next generation, and the state of a script: what its functions
---- get, what resume restores, and which values are refused.
+--- survival.lua: the survivors of a generation, and the state of a script: functions receive it,
+--- resume restores it, and some values are refused.
 
 local limax = require "limax"
 local evolution = require "support.evolution"

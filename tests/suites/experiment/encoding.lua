@@ -1,5 +1,5 @@
 --- encoding.lua: encodings, mutations and crossovers: those of the library, and functions of a
---- script; their runs resume to the same bytes; what is wrong with one is named.
+--- script; their runs resume to the same bytes; messages name the mistake in one.
 
 local limax = require "limax"
 local evolution = require "support.evolution"
@@ -184,10 +184,10 @@ suite:test("a wrong encoding or variation is refused with place and remedy", fun
   fails("express may not write genes", one(function(robots, i)
     robots:genes(i)[1] = robots:genes(i)[1] + 1
   end))
-  local said
+  local note
   limax.start(small { genome = { require_muscle = false, encoding = { genes = 3,
     express = function(robots) robots:voxels(1)[1] = 1 end } } },
-    { say = function(text) said = said or text:match "^genome.encoding: robot 2 and all" end })
+    { say = function(text) note = note or text:match "^genome.encoding: robot 2 and all" end })
     :generations()()
-  t:ok(said)
+  t:ok(note)
 end)

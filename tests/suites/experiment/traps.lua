@@ -1,5 +1,5 @@
 --- traps.lua: mistakes in an experiment that would otherwise change its meaning without a word.
---- Each row is what a user writes, and what `limax run` then does: it stops, or it warns and goes
+--- Each row has a user's text and the reaction of `limax run`: it stops, or it warns and goes
 --- on.
 
 local reader = require "limax.run.reader"

@@ -132,8 +132,8 @@ suite:test("a run that keeps the best robots goes on from its newest generations
     t:ok(run(folder, { "list", "--check", "best" }).stdout:find "g0004.npy is missing")
   end)
 
--- The device fails when its script says so: in generation 1 of the first repetition, or in what the
--- fitness simulates.
+-- The device fails where its script asks for it: in generation 1 of the first repetition, or in
+-- what the fitness simulates.
 local BROKEN = [[
 local limax, engine = require "limax", require "limax.engine"
 local real, together = engine.simulation, engine.advance_together

@@ -1,5 +1,5 @@
---- trust.lua: what a folder of somebody else names takes effect only after `limax trust`, and then
---- only what that command showed.
+--- trust.lua: scripts that a folder of somebody else names run only after `limax trust`, and then
+--- only those that the command showed.
 
 local forged = require "support.forged"
 local host = require "limax.host"

@@ -83,7 +83,7 @@ suite:test("--accuracy sets all fields of a tier, and prints its measured cost",
     local cached = { before = "XDG_CACHE_HOME=" .. process.quote(folder .. "/cache") }
     write(folder .. "/small.lua", WALKERS)
     write(folder .. "/keep.lua", KEEP)
-    -- what a run prints, and the simulation of its configuration
+    -- the output of a run, and the simulation of its configuration
     local function run(...)
       local done = process.completes(t, folder, { "run", "small.lua", "--device", "cpu",
         "--accuracy", "publish", "--out", ... }, cached)

@@ -85,7 +85,7 @@ suite:test("values are kept as they are, for the ledger to judge", function(t)
   t:equal(got.reason, ("ü"):rep(100))
   t:ok(got.proposal[("é"):rep(30)])
   t:ok(pcall(host.json.encode, got.proposal))
-  -- everything null is an answer: nothing is to change
+  -- an answer with only nulls asks for no change
   t:equal(t:ok(read '{"mutation_rate": null, "reason": ""}'), { proposal = {} })
 end)
 

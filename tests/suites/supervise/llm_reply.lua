@@ -1,4 +1,4 @@
---- llm_reply.lua: what the client makes of an HTTP answer: bodies that are none, refusals, missing
+--- llm_reply.lua: the client reads HTTP answers: bodies that are not answers, refusals, missing
 --- and wrong fields, one case each.
 
 local host = require "limax.host"

@@ -45,7 +45,7 @@ suite:test("a parser finds string, table, math, json and nothing that leads out"
   t:ok(message:find("bytecode", 1, true) or message:find("mode", 1, true), message)
 end)
 
--- Writes what the system reports about our child process that runs a parser.
+-- Writes the system's status of our child process that runs a parser.
 local LOOK = [[
 tries=0
 while [ $tries -lt 500 ]; do

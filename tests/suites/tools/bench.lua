@@ -1,4 +1,4 @@
---- bench.lua: `limax bench`: what each bench measures, and the same rows as a table, CSV and JSON.
+--- bench.lua: `limax bench`: the rows of each bench, as a table, CSV and JSON.
 
 local agreement = require "limax.tools.bench.agreement"
 local bodies = require "limax.tools.bench.bodies"

@@ -38,10 +38,10 @@ import json, xml.etree.ElementTree as tree
 robot = json.load(open("robot.json"))
 root = tree.parse("robot.vxa").getroot()
 structure = root.find("VXC/Structure")
-alone = tree.parse("robot.vxd").getroot().find("Structure")
-assert alone.get("replace") == "VXA.VXC.Structure"
+vxd = tree.parse("robot.vxd").getroot().find("Structure")
+assert vxd.get("replace") == "VXA.VXC.Structure"
 for name in "Data", "PhaseOffset":
-    assert [e.text for e in alone.find(name)] == [e.text for e in structure.find(name)]
+    assert [e.text for e in vxd.find(name)] == [e.text for e in structure.find(name)]
 nx, ny, nz = (int(structure.find(n + "_Voxels").text) for n in "XYZ")
 assert [nx, ny, nz] == robot["lattice"]
 letters = [m["letter"] for m in robot["materials"]["materials"]]
@@ -60,7 +60,7 @@ assert float(root.find("Environment/Thermal/TempPeriod").text) == 0.5
 ]==])
 end)
 
--- How far the lower end of a hanging bar of bone sinks under 1 m/s^2, at rest, m.
+-- The displacement of the lower end of a hanging bar of bone under 1 m/s^2, at rest, m.
 local function sag_of(width, height, edge)
   local layer = (("b"):rep(width) .. "\n"):rep(width) .. "\n"
   local hung = limax.robot({ voxels = layer:rep(height) }):simulate { duration = 8, settle = 0,

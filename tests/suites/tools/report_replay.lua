@@ -1,4 +1,4 @@
---- report_replay.lua: what a report stores of a robot in motion and of its world.
+--- report_replay.lua: the motion of a robot and its world as a report stores them.
 
 local limax = require "limax"
 local motion = require "limax.draw.motion"

@@ -1,4 +1,4 @@
---- report_search.lua: what a report draws of archives, fronts, islands, ages and step sizes.
+--- report_search.lua: archives, fronts, islands, ages and step sizes in a report.
 
 local evolution = require "support.evolution"
 local host = require "limax.host"

@@ -133,7 +133,7 @@ suite:test("a killed sweep takes its runs with it, and goes on", { limit = 120 }
   continue(t, folder)
 end)
 
-suite:test("a run that is done or in use is left alone; one that fails is reported", { limit = 60 },
+suite:test("a run that is done or in use is skipped; one that fails is reported", { limit = 60 },
   function(t)
     local folder = begin(t)
     sweep(t, folder, "try.lua", "--out", "s", "--set", "seed=1,2", "--list")

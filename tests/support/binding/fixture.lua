@@ -20,7 +20,7 @@ function fixture.robots(count, seed)
   return population
 end
 
---- A full block of expanding muscle and what it did in 0.2 s.
+--- A full block of expanding muscle and its outcome after 0.2 s.
 function fixture.simulated(record, device)
   local population = engine.population { lattice = fixture.LATTICE, count = 1 }
   local voxels = {}

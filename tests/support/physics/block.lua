@@ -46,12 +46,12 @@ function block.row(self)
   return { x[1], x[2], x[3], q[1], q[2], q[3], q[4] }
 end
 
---- Finds what touches the block, and the forces on it and on the masses.
+--- Finds the contacts of the block, and the forces on it and on the masses.
 function block.forces(self, world, f, x, p)
   local g, law = world.scene.gravity, self.law
   local F, T = times(self.m, g and g.acceleration or vector.zero), vector.zero
   self.masses, self.corners = {}, {}
-  local function meet(list, i, inverse, arm, normal, N, sign)
+  local function add_contact(list, i, inverse, arm, normal, N, sign)
     list[#list + 1] = { i = i, arm = arm, normal = normal, N = N, inverse = inverse,
       rubbed = vector.zero }
     F, T = plus(F, sign * N, normal), plus(T, sign * N, cross(arm, normal))
@@ -66,7 +66,7 @@ function block.forces(self, world, f, x, p)
       local c = 2 * law.damping_ratio * math.sqrt(law.stiffness * reduced)
       local N = math.max(0, law.stiffness * d - c * rate)
       f[i] = plus(f[i], N, normal)
-      meet(self.masses, i, mass.inverse, arm, normal, N, -1)
+      add_contact(self.masses, i, mass.inverse, arm, normal, N, -1)
     end
   end
   for c = 0, 7 do
@@ -75,8 +75,8 @@ function block.forces(self, world, f, x, p)
     end))
     for _, contact in ipairs(world.contacts) do
       local N, normal = contacts.push(contact, self.m / 4, plus(self.x, 1, arm),
-        velocity_at(self, self.read[1], self.read[2], arm))
-      if N > 0 then meet(self.corners, nil, 0, arm, normal, N, 1) end
+        velocity_at(self, self.read[1], self.read[2], arm), 0)
+      if N > 0 then add_contact(self.corners, nil, 0, arm, normal, N, 1) end
     end
   end
   self.F, self.T = F, T

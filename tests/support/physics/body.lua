@@ -94,7 +94,7 @@ function body.of(robot, sharing)
 end
 
 --- Pairs of masses on the surface that neither a spring nor a chain of two joins.
-function body.pairs_that_meet(masses)
+function body.contact_pairs(masses)
   local found = {}
   local function near(a, b)
     if a.joined[b] then return true end

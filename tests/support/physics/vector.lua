@@ -1,4 +1,4 @@
---- vector.lua: arithmetic on lists of three numbers, and what else the reference integrator shares.
+--- vector.lua: arithmetic on lists of three numbers, and other helpers of the reference integrator.
 
 local vector = { zero = { 0, 0, 0 } }
 
