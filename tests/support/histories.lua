@@ -20,10 +20,11 @@ end
 --- A generation of ten robots with this best score; `fields` replace its other fields.
 function histories.entry(generation, best, fields)
   local made = { generation = generation, best = best, mean = best / 2,
-    parameters = histories.copy(histories.FIRST), population = {},
+    parameters = histories.copy(histories.FIRST), population = { ranked = {} },
     failed = { invalid = 0, diverged = 0, fitness = 0 }, diversity = { all = { hamming = 0.8 } } }
   for i = 1, 10 do
     made.population[i] = { id = 10 * generation + i, origin = "bred", parents = {}, fitness = 0 }
+    made.population.ranked[i] = i
   end
   for key, value in pairs(fields or {}) do made[key] = value end
   return made

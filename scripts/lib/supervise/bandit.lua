@@ -61,7 +61,7 @@ end
 return {
   options = {
     spread = schema.number { value = 2, unit = "factor between neighbouring settings", above = 1,
-      maximum = 10, reason = "what the ledger allows in one generation" },
+      maximum = 10, reason = "the largest change in one generation" },
     exploration = schema.number { value = 0.5, unit = "of UCB1's own", minimum = 0, maximum = 10,
       reason = "runs are short: a hundred plays of nine arms" },
   },

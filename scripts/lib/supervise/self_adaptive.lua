@@ -8,19 +8,6 @@
 
 local schema = require "limax.engine.schema"
 
--- Indices of the scored robots, best first.
-local function ranked(population)
-  local list = {}
-  for i, robot in ipairs(population) do
-    if robot.fitness then list[#list + 1] = i end
-  end
-  table.sort(list, function(a, b)
-    local first, second = population[a].fitness, population[b].fitness
-    return first > second or first == second and a < b
-  end)
-  return list
-end
-
 return {
   options = {
     span = schema.number { value = 2, unit = "largest factor on an inherited scale", above = 1,
@@ -31,7 +18,7 @@ return {
   make = function(options)
     return function(history, random)
       local now = history[#history]
-      local best = ranked(now.population)
+      local best = now.population.ranked
       if #best == 0 then return nil, "no robot has a score" end
       local count = math.max(1, math.floor(options.parents * #now.population + 0.5))
       local parent = now.population[best[random:integer(math.min(count, #best))]]

@@ -163,6 +163,7 @@ suite:test("self_adaptive inherits the scales of the generations that bred the b
   for i, robot in ipairs(history[3].population) do
     robot.generation, robot.fitness = i <= 3 and 1 or 2, i <= 3 and 10 + i or i / 10
   end
+  history[3].population.ranked = { 3, 2, 1, 10, 9, 8, 7, 6, 5, 4 }
   local supervisor, low, high, sum = limax.supervise.get "self_adaptive", math.huge, 0, 0
   for k = 1, 2000 do
     local scale = supervisor.call(history, stream(k)).mutation_scale
