@@ -13,7 +13,7 @@ local suggest = require "limax.engine.suggest"
 
 local exit_usage = 2
 
-local BENCHES = { "accuracy", "effects", "stability", "throughput" }
+local BENCHES = { "accuracy", "effects", "stability", "throughput", "work_precision" }
 
 local OPTIONS = {
   { name = "json", argument = "FILE", text = "also write the rows as JSON" },
@@ -77,7 +77,9 @@ return {
     .. "stability runs the hard cases in every precision, with every integrator, as one table,\n"
     .. "and exits 1 if it finds a failure.\n"
     .. "accuracy measures what accuracy costs: how well walkers keep their order under cheap\n"
-    .. "integrators, precisions and steps; two minutes on two cores.",
+    .. "integrators, precisions and steps; two minutes on two cores.\n"
+    .. "work_precision measures the error of a body's motion against its price, for every\n"
+    .. "integrator, precision and step, and for the tiers; ten seconds.",
   positional = { name = "NAME", least = 1, most = 1 },
   options = OPTIONS,
   run = run,

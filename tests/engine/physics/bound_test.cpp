@@ -1,6 +1,6 @@
 // bound_test.cpp: the automatic time step is stable and not wasteful. Steps just below and above
 // the true limit are hard cases (tests/suites/hard/modes.lua); random bodies at the automatic step
-// are those of `limax bench blow-ups`.
+// are those of tests/suites/engine/random_robots.lua.
 #include <doctest/doctest.h>
 
 #include <complex>

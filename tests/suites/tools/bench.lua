@@ -151,4 +151,19 @@ suite:test("stability: invariants detect divergence and energy from nowhere", fu
   end)
 end)
 
+suite:test("work_precision: the error in the air falls with the square of the step", function(t)
+  local result = require("limax.tools.bench.work_precision").run {
+    device = engine.device "cpu", say = function() end }
+  local errors = {}
+  for _, row in ipairs(result.rows) do
+    t:ok(row.status == "done" and row.error and row.seconds_per_second > 0 or row.reason
+      or row.status == "diverged", row.scene)
+    if row.scene == "muscles in the air" and row.integrator == "leapfrog"
+      and row.precision == "double" and not row.tier then
+      errors[row.time_step] = row.error
+    end
+  end
+  t:near(errors[2e-4] / errors[1e-4], 4, { rtol = 0.1 })
+end)
+
 return suite
