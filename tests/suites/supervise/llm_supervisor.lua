@@ -156,6 +156,15 @@ suite:test("a run without a folder is supervised as well", function(t)
   t:equal({ history[2].ledger.source, history[2].parameters.mutation_rate }, { "model", 0.12 })
 end)
 
+suite:test("a prompt that a server cuts is reported once", function(t)
+  for tokens, expected in pairs { [100] = 1, [2000] = 0 } do
+    local done = run(t, { "llm", client = talker.new(function()
+      return { content = '{"mutation_rate": 0.12}', usage = { input_tokens = tokens } }
+    end) })
+    t:equal(select(2, done.output:gsub("it cuts prompts", "")), expected)
+  end
+end)
+
 -- Values that JSON holds, and that no field of an answer should have.
 local HOSTILE = { 1e300, -1, 0.5, 1e10, 2 ^ 53 - 1, "1", ("9"):rep(1e5), host.json.null,
   host.json.array {}, {}, true }
