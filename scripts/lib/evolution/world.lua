@@ -121,9 +121,8 @@ end
 --- Robots without values, for a generation.
 ---@param generation integer
 ---@param before? limax.rows of the generation before: what its fitness returned is expected again
----@param count? integer that of one generation if left out
 ---@return limax.rows
-function World:rows(generation, before, count)
+function World:rows(generation, before)
   local config, measured = self.config, self.measured or {}
   local facts = before and before.facts or {}
   local experiment = self.experiment
@@ -134,7 +133,7 @@ function World:rows(generation, before, count)
     islands = config.islands ~= nil, ages = experiment.survival.ages,
     self_adaptive = experiment.variation.mutation.adapts, archive = self.archive ~= nil,
     novelty = self.archive and self.archive.appraise ~= nil, cases = facts.cases,
-    measures = facts.measures }, count or config.population)
+    measures = facts.measures }, config.population)
 end
 
 --- The rules by which the genes of a generation are made and read.

@@ -247,3 +247,16 @@ suite:test("a link in a folder is refused by every command", function(t)
     t:equal(source.read(base .. "/kept"), "kept")
   end
 end)
+
+suite:test("what a killed process left is removed when the run goes on", function(t)
+  local base = make(t)
+  local words = { "run", "tiny.lua", "-q", "--out", "best", "--set", "record.population=best" }
+  process.completes(t, base, words)
+  local left = { "r01/robots/g0000.npy", "r01/robots/g0007.npy", "r02/genomes/.g0003.npy.7-1.part",
+    "scripts/.tiny.lua.7-1.part", "config-2.json", "scripts-2/tiny.lua", ".config.json.7-1.part" }
+  host.file.mkdir(base .. "/best/scripts-2")
+  for _, file in ipairs(left) do write(base .. "/best/" .. file, "left") end
+  process.completes(t, base, { "run", "--resume", "best", "-q" })
+  for _, file in ipairs(left) do t:equal(host.file.exists(base .. "/best/" .. file), nil) end
+  process.completes(t, base, { "list", "--check", "best" })
+end)

@@ -171,3 +171,11 @@ suite:test("the user's own context fills holes of their own prompt", function(t)
     t:ok(message:find(expected, 1, true), message)
   end
 end)
+
+suite:test("a prompt that is not named is limax's own, whatever is beside the experiment",
+  function(t)
+    local folder = t:folder()
+    assert(host.file.write_atomic(folder .. "/supervise.md", "injected"))
+    t:equal(prompt.open(nil, "supervise.md", folder).path, host.home .. "/prompts/supervise.md")
+    t:equal(prompt.open("supervise.md", "paper.md", folder).path, folder .. "/supervise.md")
+  end)

@@ -7,6 +7,7 @@ local resume = require "limax.run.resume"
 local run_config = require "limax.run.config"
 local run_folder = require "limax.run.folder"
 local runs = require "limax.tools.report.runs"
+local shell = require "limax.base.shell"
 local source = require "limax.base.source"
 
 local cells = {}
@@ -33,7 +34,7 @@ function cells.is_done(path, planned)
   if not found or found.journal:state() ~= "done" then return false end
   if planned and not (found.owner == "own" and is_planned(found.config.run, planned)) then
     failure.raise(2, ("%s is not a run of this sweep, or is not sealed with your key: remove it, or"
-      .. " look at it and trust it: limax trust %s"):format(path, path))
+      .. " look at it and trust it: limax trust %s"):format(path, shell.path(path)))
   end
   return true
 end
