@@ -5,22 +5,15 @@ local earlier = require "limax.tools.report.earlier"
 local failure = require "limax.base.failure"
 local modes = require "limax.robot.modes"
 local output = require "limax.base.output"
-local picture_file = require "limax.draw.picture_file"
 local terminal = require "limax.base.terminal"
-local vibration = require "limax.draw.vibration"
-local view = require "limax.draw.picture.view"
-
--- px
-local WIDTH = 1200
 
 local command = {
   summary = "natural frequencies of a robot beside that of its muscles",
-  usage = "limax modes ROBOT|RUN [--out FILE.png|.svg|.pdf|.gif|.mp4] [options]",
+  usage = "limax modes ROBOT|RUN [options]",
   text = [[
 Prints the natural frequencies and damping ratios of a robot file, or of the champion of a run
 folder: of the free body, or with --standing at rest in its scene. The amplification is that of the
-muscles' frequency, relative to a slow drive; from 2 on the gait rides a resonance. --out draws the
-modes side by side, exaggerated: both extremes, or in a .gif or .mp4 one vibration in 1 s.]],
+muscles' frequency, relative to a slow drive; from 2 on the gait rides a resonance.]],
   positional = { least = 1, most = 1, name = "ROBOT|RUN" },
   options = {
     { name = "count", argument = "N", kind = "integer", minimum = 1, maximum = 1000, value = 6,
@@ -30,28 +23,17 @@ modes side by side, exaggerated: both extremes, or in a .gif or .mp4 one vibrati
       text = "of a run folder: this robot [the champion]" },
     { name = "trial", argument = "N", kind = "integer", minimum = 1, maximum = 1e6,
       text = "of a robot that was judged in several trials [1]" },
-    picture_file.OUT,
-    { name = "view", argument = "NAME", choices = view.names, value = "iso",
-      text = "side, top or iso" },
-    picture_file.width(WIDTH), picture_file.DPI, picture_file.TRANSPARENT,
   },
 }
 
 function command.run(arguments)
   local robot, path = earlier.named(arguments[1], arguments.robot)
-  local animated = arguments.out and picture_file.is_animation(picture_file.check(arguments))
-  local fine, all, body = failure.attempt(modes.of, robot, arguments.count,
+  local fine, all = failure.attempt(modes.of, robot, arguments.count,
     { standing = arguments.standing, trial = arguments.trial })
   if not fine then failure.raise(1, failure.bare(all)) end
   output.write(("%s, %s\n"):format(path, modes.words(all)))
   local columns, rows = modes.table(all)
   output.write(terminal.table(columns, rows, terminal.style()), "\n")
-  if arguments.out and #all > 0 then
-    local drawn, frames = vibration.sheet(all, body, { animated = animated,
-      view = view.of[arguments.view], width = arguments.width or WIDTH })
-    picture_file.write(arguments, drawn, { name = path, title = arguments[1], frames = frames,
-      panels = #all })
-  end
   return 0
 end
 

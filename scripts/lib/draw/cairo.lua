@@ -50,7 +50,6 @@ void cairo_set_font_options(void *context, void *options);
 void cairo_select_font_face(void *context, const char *family, int slant, int weight);
 void cairo_set_font_size(void *context, double size);
 void cairo_text_extents(void *context, const char *text, limax_extents *extents);
-void cairo_text_path(void *context, const char *text);
 void cairo_show_text(void *context, const char *text);
 ]]
 
@@ -63,9 +62,6 @@ local PDF_TITLE, PDF_CREATED = 0, 5
 -- a PDF contains no date, so that equal drawings give equal files
 local CREATED = "1970-01-01T00:00:00Z"
 local POINTS_PER_PX = 72 / 96
--- of a PNG: bytes of signature and header, and the reversed polynomial of its CRC
-local PNG_HEADER, POLYNOMIAL = 33, 0xEDB88320
-local INCHES_PER_METRE = 1 / 0.0254
 
 local library
 local function open()
@@ -112,20 +108,17 @@ function Sink:open()
     self.folder, self.file = folder, folder .. "/picture." .. self.kind
   end
   if self.kind == "pdf" then
-    self.scale = POINTS_PER_PX
-    self.surface = C.cairo_pdf_surface_create(self.file, self.width * self.scale,
-      self.height * self.scale)
+    self.surface = C.cairo_pdf_surface_create(self.file, self.width * POINTS_PER_PX,
+      self.height * POINTS_PER_PX)
     C.cairo_pdf_surface_set_metadata(self.surface, PDF_TITLE, self.title)
     C.cairo_pdf_surface_set_metadata(self.surface, PDF_CREATED, CREATED)
   else
-    self.scale = self.zoom
-    self.surface = C.cairo_image_surface_create(ARGB32, self.width * self.scale,
-      self.height * self.scale)
+    self.surface = C.cairo_image_surface_create(ARGB32, self.width, self.height)
   end
   check(C, C.cairo_surface_status(self.surface), "a picture")
   ffi.gc(self.surface, C.cairo_surface_destroy)
   self.context = context_of(C, self.surface)
-  C.cairo_scale(self.context, self.scale, self.scale)
+  if self.kind == "pdf" then C.cairo_scale(self.context, POINTS_PER_PX, POINTS_PER_PX) end
 end
 
 local function set_source(self, hex, opacity)
@@ -196,13 +189,8 @@ function Sink:write(x, y, text, style)
   set_font(C, context, style)
   local share = style.anchor == "middle" and 0.5 or style.anchor == "end" and 1 or 0
   C.cairo_move_to(context, share > 0 and -share * advance(C, context, text) or 0, 0)
-  if style.stroke then
-    C.cairo_text_path(context, text)
-    paint(self, { stroke = style.stroke, width = style.width })
-  else
-    set_source(self, style.fill)
-    C.cairo_show_text(context, text)
-  end
+  set_source(self, style.fill)
+  C.cairo_show_text(context, text)
   C.cairo_restore(context)
   C.cairo_new_path(context)
 end
@@ -229,39 +217,11 @@ local function pixels_of(C, surface, width, height)
   return ffi.string(out, width * height * 4)
 end
 
-local function big_endian(value)
-  return string.char(bit.rshift(value, 24), bit.band(bit.rshift(value, 16), 255),
-    bit.band(bit.rshift(value, 8), 255), bit.band(value, 255))
-end
-
--- The CRC of a PNG chunk.
-local function crc32(text)
-  local value = -1
-  for i = 1, #text do
-    value = bit.bxor(value, text:byte(i))
-    for _ = 1, 8 do
-      local low = bit.band(value, 1)
-      value = bit.bxor(bit.rshift(value, 1), low == 1 and POLYNOMIAL or 0)
-    end
-  end
-  return bit.bnot(value)
-end
-
--- Adds the chunk with the size of a pixel on paper (PNG specification, 11.3.5.3).
-local function with_resolution(png, dpi)
-  local per_metre = big_endian(math.floor(dpi * INCHES_PER_METRE + 0.5))
-  local chunk = "pHYs" .. per_metre .. per_metre .. "\1"
-  return png:sub(1, PNG_HEADER) .. big_endian(#chunk - 4) .. chunk .. big_endian(crc32(chunk))
-    .. png:sub(PNG_HEADER + 1)
-end
-
 --- The bytes of the file, or those of the pixels.
 function Sink:finish()
   local C = self.C
   check(C, C.cairo_status(self.context), "a picture")
-  if self.kind == "pixels" then
-    return pixels_of(C, self.surface, self.width * self.scale, self.height * self.scale)
-  end
+  if self.kind == "pixels" then return pixels_of(C, self.surface, self.width, self.height) end
   if self.kind == "pdf" then
     C.cairo_destroy(ffi.gc(self.context, nil))
     C.cairo_surface_finish(self.surface)
@@ -272,7 +232,7 @@ function Sink:finish()
   local bytes, message = source.read(self.file)
   host.file.remove_temporary(self.folder)
   assert(bytes, message)
-  return self.dpi and with_resolution(bytes, self.dpi) or bytes
+  return bytes
 end
 
 local scratch

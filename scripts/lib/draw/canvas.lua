@@ -22,7 +22,6 @@ local canvas = {}
 ---@field anchor "middle"|"end"|nil what of the text is at x; its start if left out
 ---@field bold boolean|nil
 ---@field upwards boolean|nil written from below to above
----@field halo boolean|nil on a white border
 
 --- The colours of texts.
 canvas.ink, canvas.faint = "#26282b", "#6b7076"
@@ -39,8 +38,6 @@ local Canvas = {}
 ---@field transparent boolean|nil without a white ground
 ---@field millimetres number|nil width of an SVG on paper
 ---@field prefix string|nil of the names within an SVG: those in one page must differ
----@field dpi number|nil noted in a PNG
----@field zoom integer|nil pixels of a PNG for each px, 1
 
 -- Text that XML and Cairo can hold: control characters become question marks, and so do the letters
 -- of a name that is not UTF-8, which a folder's may be.
@@ -56,8 +53,8 @@ function canvas.new(kind, width, height, options)
   options = options or {}
   local self = setmetatable({ kind = kind, width = width, height = height,
     title = clean(options.title or ""), description = clean(options.description or ""),
-    millimetres = options.millimetres, prefix = options.prefix or "", dpi = options.dpi,
-    zoom = options.zoom or 1, transparent = options.transparent },
+    millimetres = options.millimetres, prefix = options.prefix or "",
+    transparent = options.transparent },
     kind == "svg" and svg.class or cairo.class)
   self:open()
   if not self.transparent then
@@ -99,10 +96,9 @@ function Canvas:line(from, to, color, width)
 end
 
 --- A rectangle of one colour.
----@param opacity? number
-function Canvas:box(left, top, width, height, fill, opacity)
+function Canvas:box(left, top, width, height, fill)
   self:polygon({ { left, top }, { left + width, top }, { left + width, top + height },
-    { left, top + height } }, { fill = fill, fill_opacity = opacity })
+    { left, top + height } }, { fill = fill })
 end
 
 -- of the lines between faces
@@ -134,15 +130,8 @@ end
 --- A text; y is its base line.
 ---@param style limax.draw.text
 function Canvas:text(x, y, text, style)
-  text = clean(text)
-  local full = { size = style.size, anchor = style.anchor, bold = style.bold,
-    upwards = style.upwards, fill = style.fill or canvas.ink }
-  if style.halo then
-    full.stroke, full.width = "#ffffff", 3.5
-    self:write(x, y, text, full)
-    full.stroke, full.width = nil, nil
-  end
-  self:write(x, y, text, full)
+  self:write(x, y, clean(text), { size = style.size, anchor = style.anchor, bold = style.bold,
+    upwards = style.upwards, fill = style.fill or canvas.ink })
 end
 
 for _, class in ipairs { svg.class, cairo.class } do

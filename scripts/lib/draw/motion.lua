@@ -29,7 +29,6 @@ local ENOUGH = 20
 ---@field middle number[] their mean
 ---@field base number m, the height that counts as 0 in a panel
 ---@field block number[][] the block's corners, if any
----@field captions string[]|nil lines below it, instead of its time
 
 ---@class limax.motion.film
 ---@field poses limax.motion.pose[]
@@ -68,11 +67,6 @@ local function turned(points, film)
   local result = {}
   for k, point in ipairs(points) do result[k] = film.stage.turn(point) end
   return result
-end
-
--- The sample of a trace that is nearest to a time.
-local function sample_at(trace, time)
-  return math.min(trace:size(), math.max(0, math.floor(time * trace.rate + 0.5)) + 1)
 end
 
 -- The viewer's height for a pose: of the ground below its middle, else about that of the body.
@@ -124,72 +118,30 @@ function motion.body(robot)
     world = world.of(context.scene), poses = {}, path = {} }
 end
 
--- The corners of the scene's block at a sample of its trace; none without a block.
-local function corners_of(robot, sample)
-  local block = robot.context.scene.block
-  return block and block_picture.corners(sample, block.size) or {}
-end
-
-local function add_pose(film, sample, rate, points, corners)
-  local pose = { sample = sample, time = (sample - 1) / rate, points = turned(points, film),
-    block = turned(corners, film) }
-  pose.middle = mean_of(pose.points)
-  pose.base = base_of(film, pose, rate)
-  film.poses[#film.poses + 1] = pose
-  film.start = film.start or pose.middle[1]
-  return pose
-end
-
 --- Makes the film of a robot that motion.simulate has simulated.
 ---@param times number[] s, of the poses
 ---@return limax.motion.film
 function motion.of(robot, times)
   local film, trace = motion.body(robot), robot:trace "position"
-  local block = robot.context.scene.block and robot:trace "block"
+  local block = robot.context.scene.block
+  local trace_block = block and robot:trace "block"
   film.stage = stage.new(film.world, axes_of(robot:displacement(),
     LEAST_DISPLACEMENT * robot:length(), film.world.up))
   -- with equal masses the middle of all is the centre of mass
   for s = 1, trace:size() do film.path[s] = film.stage.turn(mean_of(trace[s]:table())) end
-  for _, time in ipairs(times) do
-    local sample = sample_at(trace, time)
-    add_pose(film, sample, trace.rate, trace[sample]:table(),
-      corners_of(robot, block and block[sample]:table()))
+  for k, time in ipairs(times) do
+    -- the nearest
+    local sample = math.min(trace:size(), math.max(0, math.floor(time * trace.rate + 0.5)) + 1)
+    local pose = { sample = sample, time = (sample - 1) / trace.rate,
+      points = turned(trace[sample]:table(), film), block = {} }
+    if block then
+      pose.block = turned(block_picture.corners(trace_block[sample]:table(), block.size), film)
+    end
+    pose.middle = mean_of(pose.points)
+    pose.base = base_of(film, pose, trace.rate)
+    film.poses[k] = pose
   end
-  return film
-end
-
---- A film of one pose, seen along y: a simulation as it is now.
----@param robot limax.scored_robot of what has been simulated so far
----@param positions number[][] of its masses now, m
----@param time number s
----@return limax.motion.film
-function motion.now(robot, positions, time)
-  local film, context = motion.body(robot), robot.context
-  film.stage = stage.new(film.world, axes_of({ 1, 0, 0 }, 0, film.world.up))
-  film.path[1] = film.stage.turn(mean_of(positions))
-  local sample
-  if context.scene.block then
-    local block = context.simulation:block(context.index)
-    local p = block.position
-    sample = { p[1], p[2], p[3], unpack(block.orientation) }
-  end
-  add_pose(film, 1, 1, positions, corners_of(robot, sample)).time = time
-  return film
-end
-
---- A film of poses of a body whose place of rest stays in the middle, seen along y.
----@param robot { body: limax.robot.body, context: limax.robot.context }
----@param rest number[][] of its masses, m
----@param list { positions: number[][], captions: string[] }[]
----@return limax.motion.film
-function motion.around(robot, rest, list)
-  local film = motion.body(robot)
-  film.stage = stage.new(film.world, axes_of({ 1, 0, 0 }, 0, film.world.up))
-  film.path[1] = film.stage.turn(mean_of(rest))
-  for _, each in ipairs(list) do
-    local pose = add_pose(film, 1, 1, each.positions, {})
-    pose.middle, pose.captions = film.path[1], each.captions
-  end
+  film.start = film.poses[1].middle[1]
   return film
 end
 

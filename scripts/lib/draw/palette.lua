@@ -32,16 +32,23 @@ function palette.of(list)
   return colors
 end
 
+local function hex_of(parts)
+  local texts = {}
+  for k, value in ipairs(parts) do
+    texts[k] = ("%02x"):format(math.floor(math.min(math.max(value, 0), 255) + 0.5))
+  end
+  return "#" .. table.concat(texts)
+end
+
 --- A colour darkened (share below 1) or lightened (above 1, towards white).
 ---@return string hex
 function palette.shade(hex, share)
   local parts = {}
   for k = 0, 2 do
     local value = tonumber(hex:sub(2 + 2 * k, 3 + 2 * k), 16)
-    value = share <= 1 and value * share or value + (255 - value) * (share - 1)
-    parts[k + 1] = ("%02x"):format(math.floor(math.min(math.max(value, 0), 255) + 0.5))
+    parts[k + 1] = share <= 1 and value * share or value + (255 - value) * (share - 1)
   end
-  return "#" .. table.concat(parts)
+  return hex_of(parts)
 end
 
 -- Okabe and Ito's colours, except yellow, in an order whose greys differ; then the same with other
@@ -70,9 +77,9 @@ function palette.scale(share)
   local parts = {}
   for c = 1, 3 do
     local from, to = SCALE[k + 1][c], SCALE[k + 2][c]
-    parts[c] = ("%02x"):format(math.floor(from + (to - from) * (at - k) + 0.5))
+    parts[c] = from + (to - from) * (at - k)
   end
-  return "#" .. table.concat(parts)
+  return hex_of(parts)
 end
 
 return palette

@@ -1,6 +1,5 @@
---- sheet.lua: pictures of robots: rows of poses side by side with their times, a scale bar, wind
---- and current, and below a legend of the colours. Film strips have a heading and the whole
---- path too.
+--- sheet.lua: pictures of a robot: poses side by side with their times, a scale bar, wind and
+--- current, and below a legend of the colours. Film strips have a heading and the whole path too.
 
 local block_picture = require "limax.draw.block_picture"
 local canvases = require "limax.draw.canvas"
@@ -15,8 +14,8 @@ local world = require "limax.draw.picture.world"
 local sheet = {}
 
 -- Heights in capitals: above what is drawn in a panel, for the scale bar; below, for each line of
--- its caption; a row's name; a line of the legend; the heading.
-local HEAD, CAPTION, NAME, LINE, HEADING = 2.6, 2, 2.4, 2.2, 4
+-- its caption; a line of the legend; the heading.
+local HEAD, CAPTION, LINE, HEADING = 2.6, 2, 2.2, 4
 -- of the legend, in capitals: side of a square of colour, length of a line, room after them, and
 -- between two entries
 local SQUARE, DASH, AFTER, BETWEEN = 1.3, 2.4, 0.7, 2.2
@@ -30,21 +29,15 @@ sheet.POSES = 6
 ---@class limax.sheet
 ---@field width integer px
 ---@field height integer px
----@field frames limax.picture.frame[] of each film
+---@field frame limax.picture.frame
 ---@field description string what the picture shows, in words
-local Sheet = {}
-Sheet.__index = Sheet
 
 ---@class limax.sheet.options
 ---@field view limax.picture.view
 ---@field width integer px
 ---@field panels integer|nil side by side, as many as poses if left out
----@field text number|nil px, height of a capital; by the width of a panel if left out
----@field most number|nil px, height of a row at most
----@field names string[]|nil of each film, above its row
----@field title string|nil heading at the left
----@field facts string|nil heading at the right
----@field track boolean|nil the whole path of the first film, and distances below its poses
+---@field strip { title: string, facts: string }|nil heading of a film strip at the left and at the
+--- right; a strip has the whole path and the distances of its poses too
 
 --- `count` moments from 0 to the end, s.
 ---@param duration number s
@@ -55,37 +48,29 @@ function sheet.evenly(duration, count)
   return times
 end
 
--- The entries of the legend: { square or line colour, text }; those without a colour come last.
-local function entries_of(films, width, size)
-  local entries, words, seen = {}, {}, {}
-  local function add(list, entry)
-    if entry.text ~= "" and not seen[entry.text] then
-      seen[entry.text] = true
-      list[#list + 1] = entry
+-- The entries of the legend: { square or line colour, text }; those without a colour come last. The
+-- second result describes the world in words.
+local function entries_of(film, width, size)
+  local entries, words = {}, world.words(film.world)
+  for _, material in ipairs(film.materials) do
+    if film.used[material.letter] then
+      table.insert(entries, { square = film.colors[material.letter].hex, text = material.name })
     end
   end
-  for _, film in ipairs(films) do
-    for _, material in ipairs(film.materials) do
-      if film.used[material.letter] then
-        add(entries, { square = film.colors[material.letter].hex, text = material.name })
-      end
-    end
-    if #film.poses[1].block > 0 then
-      add(entries, { square = block_picture.hex, text = block_picture.letter })
-    end
-    if world.has_solids(film.world) then add(entries, { square = world.hex, text = world.word }) end
-    add(entries, { line = scene.trail, width = 1.6, text = "centre of mass" })
-    if next(film.held) then add(entries, { line = scene.held, width = 2.4, text = "held" }) end
-    add(words, { text = world.words(film.world) })
+  if #film.poses[1].block > 0 then
+    table.insert(entries, { square = block_picture.hex, text = block_picture.letter })
   end
-  local texts = {}
-  for k, entry in ipairs(words) do
-    texts[k] = entry.text
-    for _, line in ipairs(canvases.wrapped(entry.text, { size = size }, width)) do
-      entries[#entries + 1] = { text = line }
-    end
+  if world.has_solids(film.world) then
+    table.insert(entries, { square = world.hex, text = world.word })
   end
-  return entries, table.concat(texts, "; ")
+  table.insert(entries, { line = scene.trail, width = 1.6, text = "centre of mass" })
+  if next(film.held) then
+    table.insert(entries, { line = scene.held, width = 2.4, text = "held" })
+  end
+  for _, line in ipairs(words ~= "" and canvases.wrapped(words, { size = size }, width) or {}) do
+    table.insert(entries, { text = line })
+  end
+  return entries, words
 end
 
 -- Adds a place to each entry: x and the number of its line. Returns the number of lines.
@@ -102,41 +87,32 @@ local function place_entries(entries, left, right, text, size)
   return line
 end
 
---- Lays out a picture of films, one below the other, all to one scale.
----@param films limax.motion.film[]
+--- Lays out a picture of a film.
+---@param film limax.motion.film
+---@param options limax.sheet.options
 ---@return limax.sheet
-function sheet.new(films, options)
-  local self = setmetatable({ films = films, options = options, width = options.width }, Sheet)
-  local panels = options.panels or #films[1].poses
-  local text = options.text
+function sheet.new(film, options)
+  local self = { film = film, options = options, width = options.width }
+  local panels = options.panels or #film.poses
+  local text = options.strip and STRIP.text
     or math.min(math.max(math.floor(options.width / panels / 32), 8), 14)
-  local margin, gap = math.ceil(text), math.ceil(text / 2)
-  self.text, self.margin, self.frames, self.names = text, margin, {}, {}
-  local scale, top = math.huge, options.title and HEADING * text or 0
-  for k, film in ipairs(films) do
-    local frame = scene.frame(film, options.view, options.width - 2 * margin, panels,
-      { text = text, gap = gap, head = HEAD })
-    frame.left, self.frames[k] = margin, frame
-    if options.most then
-      scale = math.min(scale, (options.most - frame.head * text) / frame.tall)
-    end
-    scale = math.min(scale, frame.scale)
+  local margin = math.ceil(text)
+  local room = options.width - 2 * margin
+  local frame = scene.frame(film, options.view, room, panels,
+    { text = text, gap = math.ceil(text / 2), head = HEAD })
+  frame.left, frame.top = margin, 0
+  if options.strip then
+    frame.top = math.ceil(HEADING * text)
+    scene.rescale(frame, math.min(frame.scale, (STRIP.row - frame.head * text) / frame.tall))
   end
-  self.size = text / self.frames[1].capital
-  for k, frame in ipairs(self.frames) do
-    scene.rescale(frame, scale)
-    local name = options.names and options.names[k] or ""
-    self.names[k] = canvases.wrapped(name, { size = self.size }, options.width - 2 * margin)
-    frame.top = math.ceil(top + #self.names[k] * NAME * text)
-    local captions = options.track and 2 or #(films[k].poses[1].captions or { "time" })
-    top = frame.top + frame.height + captions * CAPTION * text
-  end
-  if options.track then
+  self.text, self.margin, self.frame, self.size = text, margin, frame, text / frame.capital
+  local top = frame.top + frame.height + (options.strip and 2 or 1) * CAPTION * text
+  if options.strip then
     self.track_top = top + text
-    self.track = track.layout(films[1], options.width - 2 * margin, 2 * scale)
+    self.track = track.layout(film, room, 2 * frame.scale)
     top = self.track_top + self.track.height
   end
-  self.entries, self.description = entries_of(films, options.width - 2 * margin, self.size)
+  self.entries, self.description = entries_of(film, room, self.size)
   self.legend_top = top + text
   local lines = place_entries(self.entries, margin, options.width - margin, text, self.size)
   self.height = math.ceil(self.legend_top + lines * LINE * text + text / 2)
@@ -157,15 +133,16 @@ local function draw_scale_bar(canvas, frame, size)
   canvas:text(x + wide + 0.8 * text, y + text / 2, ("%g m"):format(length), { size = size })
 end
 
-local function draw_row(self, canvas, film, frame, first)
-  local text, bottom = self.text, frame.top + frame.height
+local function draw_poses(self, canvas, first)
+  local film, frame, text = self.film, self.frame, self.text
+  local bottom = frame.top + frame.height
   for k = 1, math.min(frame.count, #film.poses - first + 1) do
     local pose, left = film.poses[first + k - 1], scene.left(frame, k)
     if not canvas.transparent then
       canvas:box(left, frame.top, frame.panel, frame.height, PANEL)
     end
     scene.draw(canvas, film, frame, pose, k)
-    local captions = pose.captions or { ("%.2f s"):format(pose.time),
+    local captions = { ("%.2f s"):format(pose.time),
       self.track and ("%+.2f m"):format(pose.middle[1] - film.start) or nil }
     for line, caption in ipairs(captions) do
       canvas:text(left + frame.panel / 2, bottom + (1.8 * line - 0.2) * text, caption,
@@ -191,36 +168,21 @@ local function draw_legend(self, canvas)
   end
 end
 
---- Draws a picture.
----@param first? integer the pose in the first panel, 1
-function Sheet:draw(canvas, first)
-  local options, text = self.options, self.text
-  if options.title then
-    canvas:text(self.margin, 2.8 * text, options.title, { size = 1.4 * self.size, bold = true })
-    canvas:text(self.width - self.margin, 2.8 * text, options.facts or "",
-      { size = 1.05 * self.size, anchor = "end" })
-  end
-  for k, frame in ipairs(self.frames) do
-    for below, line in ipairs(self.names[k]) do
-      canvas:text(frame.left, frame.top - (0.7 + NAME * (#self.names[k] - below)) * text, line,
-        { size = self.size })
-    end
-    draw_row(self, canvas, self.films[k], frame, first or 1)
-  end
-  if self.track then
-    track.draw(canvas, self.films[1], self.track, self.track_top, self.size)
-  end
-  draw_legend(self, canvas)
-end
-
 --- The file of a picture.
 ---@param kind "png"|"svg"|"pdf"|"pixels"
 ---@param first? integer the pose in the first panel, 1
-function Sheet:render(kind, options, first)
-  local copy = { description = self.description }
+function sheet.render(self, kind, options, first)
+  local copy, strip, text = { description = self.description }, self.options.strip, self.text
   for name, value in pairs(options or {}) do copy[name] = value end
   local canvas = canvases.new(kind, self.width, self.height, copy)
-  self:draw(canvas, first)
+  if strip then
+    canvas:text(self.margin, 2.8 * text, strip.title, { size = 1.4 * self.size, bold = true })
+    canvas:text(self.width - self.margin, 2.8 * text, strip.facts,
+      { size = 1.05 * self.size, anchor = "end" })
+  end
+  draw_poses(self, canvas, first or 1)
+  if strip then track.draw(canvas, self.film, self.track, self.track_top, self.size) end
+  draw_legend(self, canvas)
   return canvas:finish()
 end
 
@@ -231,12 +193,11 @@ function sheet.film_strip(robot, options)
   options = options or {}
   local film = motion.of(robot, sheet.evenly(robot:duration(), sheet.POSES))
   local title, speed = options.title or "robot", robot:speed()
-  local heading = options.facts or title
   local facts = ("%.3f m in %.4g s: %.3f m/s, %.2f body lengths per second"):format(
     robot:distance(), robot:duration(), speed, speed / robot:length())
-  local drawn = sheet.new({ film }, { view = view.of.side, width = STRIP.width,
-    text = STRIP.text, most = STRIP.row, title = heading, facts = facts, track = true })
-  return drawn:render("svg", { title = title, prefix = options.prefix })
+  local drawn = sheet.new(film, { view = view.of.side, width = STRIP.width,
+    strip = { title = options.facts or title, facts = facts } })
+  return sheet.render(drawn, "svg", { title = title, prefix = options.prefix })
 end
 
 --- Simulates a robot with its positions recorded and writes its film strip. `nil, message` where

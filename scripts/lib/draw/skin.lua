@@ -5,9 +5,6 @@ local polygon = require "limax.draw.picture.polygon"
 
 local skin = {}
 
---- How far a metre away from the viewer moves a point to the right and up in oblique projection.
-skin.recede_x, skin.recede_y = 0.36, 0.22
-
 --- Colour of the lines between the faces of a body.
 skin.ink = "#ffffff"
 

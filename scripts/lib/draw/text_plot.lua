@@ -79,14 +79,11 @@ local ascii_marks = { "*", "o", "+", "x" }
 ---@param options { style: limax.terminal.style, rows?: integer, columns?: integer, x?: string,
 --- y?: string } x and y name the axes
 function text_plot.draw(series, options)
-  local style, rows = options.style, options.rows or 10
-  local margin = 9
+  local style, rows, margin = options.style, options.rows or 10, 9
   local columns = options.columns or math.max(20, math.min(style.width, 100) - margin - 3)
-  local across, down = 2, 4
-  if style.ascii then across, down = 1, 1 end
+  local across, down, bar, corner, dash = 2, 4, "│", "└", "─"
+  if style.ascii then across, down, bar, corner, dash = 1, 1, "|", "+", "-" end
   local canvas = rasterize(series, columns, rows, across, down)
-  local bar, corner, dash = "│", "└", "─"
-  if style.ascii then bar, corner, dash = "|", "+", "-" end
 
   local lines, legend = {}, {}
   for s, line in ipairs(series) do
@@ -95,16 +92,14 @@ function text_plot.draw(series, options)
   end
   lines[1] = terminal.pad(options.y or "", margin, true) .. "   " .. table.concat(legend, "   ")
   for row = 0, rows - 1 do
-    local label = ""
-    local share = row / math.max(rows - 1, 1)
+    local label, share = "", row / math.max(rows - 1, 1)
     if row == 0 or row == rows - 1 or row == math.floor(rows / 2) then
       label = ("%.4g"):format(canvas.y_high - share * (canvas.y_high - canvas.y_low))
     end
     local parts = { terminal.pad(label, margin, true), " ", bar }
     for column = 0, columns - 1 do
-      local cell = row * columns + column
+      local cell, text = row * columns + column, " "
       local bits = canvas.bits[cell]
-      local text = " "
       if bits then
         text = style.ascii and ascii_marks[canvas.symbol[cell]] or braille(bits)
         text = terminal.paint(text, canvas.colors[cell], style)
@@ -115,8 +110,7 @@ function text_plot.draw(series, options)
   end
   lines[#lines + 1] = (" "):rep(margin + 1) .. corner .. dash:rep(columns)
   local first, last = ("%g"):format(canvas.x_low), ("%g"):format(canvas.x_high)
-  local middle = options.x or ""
-  local room = columns - #first - #last
+  local middle, room = options.x or "", columns - #first - #last
   local left = math.max(1, math.floor((room - #middle) / 2))
   lines[#lines + 1] = (" "):rep(margin + 2) .. first .. (" "):rep(left) .. middle
     .. (" "):rep(math.max(1, room - left - #middle)) .. last
@@ -136,7 +130,7 @@ local function terminal_color(hex)
 end
 
 --- Draws the curves of a panel; bands are left out.
----@param options { style: limax.terminal.style, rows?: integer, columns?: integer }
+---@param options { style: limax.terminal.style, rows?: integer }
 function text_plot.panel(panel, options)
   local series = {}
   for _, curve in ipairs(panel.curves) do
@@ -147,8 +141,8 @@ function text_plot.panel(panel, options)
         dotted = curve.dash ~= nil and not options.style.ascii }
     end
   end
-  return text_plot.draw(series, { style = options.style, rows = options.rows,
-    columns = options.columns, x = panel.x.label, y = panel.y.label })
+  return text_plot.draw(series, { style = options.style, rows = options.rows, x = panel.x.label,
+    y = panel.y.label })
 end
 
 return text_plot

@@ -2,7 +2,6 @@
 --- ratio of each, and their distance from the frequency of the muscles. SI units.
 
 local engine = require "limax.engine"
-local failure = require "limax.base.failure"
 local prepared = require "limax.robot.prepared"
 local robot_in_motion = require "limax.robot.robot_in_motion"
 local schema = require "limax.engine.schema"
@@ -85,7 +84,6 @@ end
 ---@param count? integer
 ---@param options? limax.robot.modes_options
 ---@return limax.robot.modes
----@return { body: limax.robot.body, context: table } drawn what pictures of it need
 function modes.of(robot, count, options)
   local own, standing = {}, false
   options = options == nil and {} or schema.demand(schema.table, options, "modes: options")
@@ -97,8 +95,7 @@ function modes.of(robot, count, options)
   local pose = simulation:state(1)
   local list, rigid = engine.modes(parts.population, 1, parts.materials, parts.scene,
     parts.options, standing and pose or nil, count or COUNT)
-  local scene = parts.scene:table()
-  local actuation = scene.actuation
+  local actuation = parts.scene:table().actuation
   list.rigid, list.standing, list.pose = rigid, standing, pose
   list.drive = actuation and actuation.frequency
   for _, mode in ipairs(list.drive and list or {}) do
@@ -106,45 +103,7 @@ function modes.of(robot, count, options)
     mode.ratio = 1 / x
     mode.amplification = 1 / math.sqrt((1 - x * x) ^ 2 + (2 * mode.damping_ratio * x) ^ 2)
   end
-  -- only anchors may hold a free body, and the block does not belong to it
-  scene.block = nil
-  return list, { body = robot.body, context = { simulation = simulation, index = 1,
-    materials = parts.materials, options = parts.options,
-    scene = standing and scene or { anchors = scene.anchors } } }
-end
-
--- effects on which a body can stand or hang
-local SUPPORTS = { "ground", "planes", "terrain", "boxes", "spheres", "anchors" }
-
---- The modes of a robot at rest in its scene, or of the free body if it does not come to rest.
----@return limax.robot.modes
----@return table drawn
-function modes.in_scene(robot, count, options)
-  local parts = prepared.parts(robot, options)
-  local scene, supported = parts.scene:table(), false
-  for _, name in ipairs(SUPPORTS) do supported = supported or scene[name] ~= nil end
-  if supported then
-    local standing = { standing = true }
-    for name, value in pairs(options or {}) do standing[name] = value end
-    local fine, all, drawn = failure.attempt(modes.of, robot, count, standing)
-    if fine then return all, drawn end
-  end
-  return modes.of(robot, count, options)
-end
-
---- Which mode amplifies the muscles' frequency most, in a sentence; nil without muscles or modes.
----@param all limax.robot.modes
----@return string|nil
-function modes.verdict(all)
-  local most
-  for k, mode in ipairs(all.drive and all or {}) do
-    if not most or mode.amplification > all[most].amplification then most = k end
-  end
-  if not most then return nil end
-  local mode = all[most]
-  return ("muscles at %g Hz, %s %.4g Hz, mode %d: amplified %.3g times%s"):format(all.drive,
-    mode.ratio < 1 and "above" or "below", mode.frequency, most, mode.amplification,
-    mode.amplification >= RESONANT and ", the gait rides a resonance" or "")
+  return list
 end
 
 --- Describes a table of modes.

@@ -42,8 +42,9 @@ suite:test("the same calls make pixels, SVG and PDF, and the same bytes each tim
     local canvas = canvases.new(kind, 30, 20, { title = "a < b\1", transparent = true })
     canvas:clip(0, 0, 20, 20)
     canvas:polygon({ { 0, 0 }, { 30, 0 }, { 30, 1 }, { 0, 1 } }, { fill = "#ff0000" })
-    canvas:box(0, 1, 1, 1, "#0000ff", 0.5)
-    canvas:text(10, 15, "f(x) & \255", { size = 8, anchor = "middle", halo = true })
+    canvas:polygon({ { 0, 1 }, { 1, 1 }, { 1, 2 }, { 0, 2 } },
+      { fill = "#0000ff", fill_opacity = 0.5 })
+    canvas:text(10, 15, "f(x) & \255", { size = 8, anchor = "middle" })
     return canvas:finish()
   end
   local pixels = drawn "pixels"
@@ -60,18 +61,15 @@ suite:test("the same calls make pixels, SVG and PDF, and the same bytes each tim
   end
 end)
 
-suite:test("stills and strips have the size, the times and the resolution of the options",
+suite:test("stills and strips have the size, and the times of the options",
   function(t)
     local base = t:folder()
     local file = robot_file(base)
     for _, from in ipairs(view.names) do
       picture(t, base, { file, "--out", from .. ".png", "--view", from, "--times", "0,0.2,0.5",
-        "--width", "300", "--dpi", "300" })
-      local bytes = source.read(("%s/%s.png"):format(base, from))
-      local width, height = png_size(bytes)
+        "--width", "300" })
+      local width, height = png_size(source.read(("%s/%s.png"):format(base, from)))
       t:ok(width == 300 and height > 60 and height < 300, ("%d x %d"):format(width, height))
-      -- 300 per inch are 11811 = 0x2e23 per metre
-      t:ok(bytes:find("pHYs\0\0\46\35\0\0\46\35\1", 1, true))
       picture(t, base, { file, "--out", from .. ".svg", "--view", from, "--times", "0,0.2,0.5" })
       local svg = source.read(("%s/%s.svg"):format(base, from))
       for _, text in ipairs { "0.00 s", "0.20 s", "0.50 s", " m</text>" } do

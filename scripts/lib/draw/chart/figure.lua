@@ -60,7 +60,7 @@ local function csv_of(spec)
   end
   for _, each in ipairs(spec.panels) do
     for k, curve in ipairs(each.curves) do
-      add(each, curve.name or curve.title or ("line %d"):format(k), curve.points)
+      add(each, panel.name_of(curve, k), curve.points)
     end
     for _, mark in ipairs(each.marks and each.marks.list or {}) do
       rows[#rows + 1] = { panel = each.title, x_axis = each.x.label, y_axis = each.y.label,

@@ -15,8 +15,6 @@ local WIDTH, HEIGHT, TEXT, TITLE, RIGHT = 560, 320, 12, 13.5, 120
 -- ... is kept, and the last. More would make a page of megabytes.
 local MOST_ROWS = 500
 
-local function name_of(curve, k) return curve.name or curve.title or ("line %d"):format(k) end
-
 -- The numbers of a panel as rows: one for each x of any curve or band, in their order.
 local function table_of(spec)
   local columns, by_x, rows = { spec.x.label }, {}, {}
@@ -28,7 +26,7 @@ local function table_of(spec)
     by_x[x][#columns] = by_x[x][#columns] or value
   end
   for k, curve in ipairs(spec.curves) do
-    columns[#columns + 1] = name_of(curve, k)
+    columns[#columns + 1] = panel.name_of(curve, k)
     for _, point in ipairs(curve.points) do put(point[1], point[2]) end
   end
   for _, band in ipairs(spec.bands or {}) do
@@ -99,7 +97,7 @@ function inline.draw(spec, description)
     for _, point in ipairs(curve.points) do
       if kept[point[1]] then points[#points + 1] = point end
     end
-    curves[k] = { name = name_of(curve, k), points = points }
+    curves[k] = { name = panel.name_of(curve, k), points = points }
   end
   return { svg = canvas:finish(), columns = columns, rows = rows, left_out = #all - #rows,
     data = { x = spec.x.label, y = spec.y.label, left = place.left, right = place.right,

@@ -49,7 +49,7 @@ local function bar(place, label, low, high)
     canvas:box(left, place.bottom - k * high_px, BAR, high_px + (k > 1 and 0.5 or 0),
       palette.scale((k - 0.5) / STEPS))
   end
-  local values = axis.new({ linear = true, low = low, high = high, label = "" }, {})
+  local values = axis.new({ low = low, high = high, label = "" }, {})
   for _, tick in ipairs(values.ticks) do
     local y = place.bottom - tick.at * (place.bottom - place.top)
     canvas:line({ left + BAR, y }, { left + BAR + 4, y }, "#9aa0a6", 1)

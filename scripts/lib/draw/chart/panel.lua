@@ -6,8 +6,7 @@ local marks = require "limax.draw.chart.marks"
 
 local panel = {}
 
-local ink = { text = canvases.ink, faint = canvases.faint, grid = "#e4e6e9", fine = "#f1f2f4",
-  frame = "#9aa0a6" }
+local ink = { faint = canvases.faint, grid = "#e4e6e9", frame = "#9aa0a6" }
 
 -- px around the axes, and of a line of text
 local LEFT, TOP, BOTTOM, LINE = 62, 34, 44, 13.5
@@ -107,18 +106,14 @@ local function draw_axes(place, far_left)
     place.bottom
   for _, tick in ipairs(place.y.ticks) do
     local at = bottom - tick.at * (bottom - top)
-    canvas:line({ left, at }, { right, at }, tick.text and ink.grid or ink.fine, 1)
-    if tick.text then
-      place:text(left - 7, at + 4, tick.text, { anchor = "end", fill = ink.faint })
-    end
+    canvas:line({ left, at }, { right, at }, ink.grid, 1)
+    place:text(left - 7, at + 4, tick.text, { anchor = "end", fill = ink.faint })
   end
   for _, tick in ipairs(place.x.ticks) do
     local at = left + tick.at * (right - left)
-    canvas:line({ at, top }, { at, bottom }, tick.text and ink.grid or ink.fine, 1)
-    canvas:line({ at, bottom }, { at, bottom + (tick.text and 5 or 3) }, ink.frame, 1)
-    if tick.text then
-      place:text(at, bottom + 17, tick.text, { anchor = "middle", fill = ink.faint })
-    end
+    canvas:line({ at, top }, { at, bottom }, ink.grid, 1)
+    canvas:line({ at, bottom }, { at, bottom + 5 }, ink.frame, 1)
+    place:text(at, bottom + 17, tick.text, { anchor = "middle", fill = ink.faint })
   end
   canvas:line({ left, bottom }, { right, bottom }, ink.frame, 1)
   canvas:line({ left, top }, { left, bottom }, ink.frame, 1)
@@ -198,6 +193,9 @@ local function draw_curves(place, curves)
   end
   return labels
 end
+
+--- The name of the k-th curve in tables.
+function panel.name_of(curve, k) return curve.name or curve.title or ("line %d"):format(k) end
 
 --- px that a colour bar, or the names at the ends of curves, need to the right of the axes.
 ---@param wide number px of the panel
