@@ -117,7 +117,6 @@
 
 -- Pixels are texts of four bytes each (red, green, blue, opacity), rows from the top.
 ---@class limax.host.image
----@field png fun(width: integer, height: integer, pixels: string, dpi?: number): string the file
 ---@field gif fun(width: integer, height: integer, frames: string[], hundredths: integer): string
 --- an animation that repeats, each frame shown for so many hundredths of a second
 
@@ -130,10 +129,9 @@
 ---@field color_stderr boolean
 
 ---@class limax.host.line_editor
----@field read fun(prompt: string, complete: fun(before: string): (string|nil, string|nil),
----idle: fun(): boolean): string|nil a line, nil at the end; `complete` gets the text before the
---- cursor and returns a text to insert and one to show; `idle` is called every half second without
---- a key and returns whether it wrote anything
+---@field read fun(prompt: string, complete: fun(before: string): (string|nil, string|nil)):
+--- string|nil a line, nil at the end; `complete` gets the text before the cursor and returns a text
+--- to insert and one to show
 ---@field remember fun(text: string) adds to the history
 
 ---@class limax.host.environment

@@ -26,12 +26,10 @@ namespace {
 
 // Time between checks for Ctrl-C.
 constexpr int wait_slice = 100;  // ms
-constexpr int waits_between_idle_calls = 5;
 constexpr int longest_history = 10000;
 
-// arguments of `read`, which stay on its stack while a line is read
+// an argument of `read`, which stays on its stack while a line is read
 constexpr int complete_argument = 2;
-constexpr int idle_argument = 3;
 
 volatile std::sig_atomic_t resized = 0;
 volatile std::sig_atomic_t continued = 0;
@@ -43,8 +41,6 @@ struct editor {
     std::unique_ptr<History, decltype(&history_end)> history{nullptr, history_end};
     std::string prompt;
     lua_State* L = nullptr;  // while a line is read
-    int waits = 0;           // without a key
-    bool stopped = false;    // Ctrl-C came while the idle function ran
 };
 
 editor& the_editor() {
@@ -108,17 +104,6 @@ void redraw(EditLine* line) {
     el_set(line, EL_REFRESH);
 }
 
-// Calls the idle function, which returns whether it wrote anything. False when it was stopped.
-bool run_idle(EditLine* line) {
-    lua_State* const L = the_editor().L;
-    lua_pushvalue(L, idle_argument);
-    // no error may pass through libedit's frames
-    the_editor().stopped = lua_pcall(L, 0, 1, 0) != 0;
-    if (!the_editor().stopped && lua_toboolean(L, -1) != 0) el_set(line, EL_REFRESH);
-    lua_pop(L, 1);
-    return !the_editor().stopped;
-}
-
 // Reads one byte of the terminal: 1, 0 at its end, -1 on Ctrl-C or failure.
 int read_byte(EditLine* line, char* byte) {
     for (;;) {
@@ -126,8 +111,6 @@ int read_byte(EditLine* line, char* byte) {
         if (resized != 0 || continued != 0) redraw(line);
         pollfd gate{STDIN_FILENO, POLLIN, 0};
         const int ready = poll(&gate, 1, wait_slice);
-        if (ready == 0 && ++the_editor().waits % waits_between_idle_calls == 0 && !run_idle(line))
-            return -1;
         if (ready == 0 || (ready < 0 && errno == EINTR)) continue;
         const ssize_t count = read(STDIN_FILENO, byte, 1);
         if (count >= 0) return static_cast<int>(count);
@@ -199,13 +182,12 @@ editor& started() {
     return now;
 }
 
-// read(prompt, complete, idle) -> line without its end, or nil at the end of the input. Ctrl-C
-// raises as everywhere.
+// read(prompt, complete) -> line without its end, or nil at the end of the input. Ctrl-C raises as
+// everywhere.
 int lua_read(lua_State* L) {
     std::size_t length = 0;
     const char* const prompt = luaL_checklstring(L, 1, &length);
     luaL_checktype(L, complete_argument, LUA_TFUNCTION);
-    luaL_checktype(L, idle_argument, LUA_TFUNCTION);
     int count = 0;
     const char* line = nullptr;
     {
@@ -213,7 +195,6 @@ int lua_read(lua_State* L) {
         editor& now = started();
         now.prompt.assign(prompt, length);
         now.L = L;
-        now.stopped = false;
         tcgetattr(STDIN_FILENO, &before_reading);
         reading = 1;
         // libedit would do it after showing the prompt, and keys in between would be echoed twice
@@ -222,7 +203,6 @@ int lua_read(lua_State* L) {
         reading = 0;
         now.L = nullptr;
     }
-    if (the_editor().stopped) return raise_interrupt(L);
     if (interrupted()) {
         std::fputs("^C", stdout);
         std::fflush(stdout);

@@ -1,8 +1,8 @@
 --- repl.lua: `limax repl`: a prompt for Lua. Reads lines from a terminal, a pipe or files.
 
 local failure = require "limax.base.failure"
-local follow = require "limax.tools.repl.follow"
 local host = require "limax.host"
+local load_file = require "limax.tools.repl.load"
 local names = require "limax.tools.repl.names"
 local output = require "limax.base.output"
 local session = require "limax.tools.repl.session"
@@ -19,7 +19,7 @@ end
 local function run_startup_file()
   local path = startup_file()
   if not path then return end
-  local fine, value, trace = host.protect(follow.run, path)
+  local fine, value, trace = host.protect(load_file, path)
   if fine then return end
   if value == host.interrupt then error(value, 0) end
   output.warn(failure.status(value) and tostring(value) or trace, "\n")
@@ -64,7 +64,7 @@ return {
       names.environment[module:match "[^.]*$"] = require(module)
     end
     for _, file in ipairs(arguments) do
-      local value = follow.run(file)
+      local value = load_file(file)
       if value ~= nil then names.remember(value) end
     end
     for _, code in ipairs(arguments.execute) do

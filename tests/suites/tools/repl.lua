@@ -1,5 +1,4 @@
---- repl.lua: `limax repl` without a terminal: piped text, -e, -l, -i, files, followed scripts,
---- pictures.
+--- repl.lua: `limax repl` without a terminal: piped text, -e, -l, -i, files.
 
 local host = require "limax.host"
 local process = require "support.process"
@@ -95,56 +94,4 @@ suite:test("the prompt in README runs", { limit = 60 }, function(t)
   t:ok(output:match "status 0\n$", output)
   t:ok(output:match "generation 4: best", output)
   t:ok(process.read(folder .. "/picture-1.svg"):match "<svg", "a picture was drawn")
-end)
-
-suite:test("a followed script runs again after a change and keeps its table", function(t)
-  local folder = t:folder()
-  process.write(folder .. "/mine.lua",
-    "local top = 1\nreturn { answer = 1, gone = true, ask = function() return 1 end }\n")
-  local output = run(folder, "", [[
-function save(text) local f = io.open("mine.lua", "w") f:write(text) f:close() end
-m = follow "mine.lua"
-held = m
-save "local top = 2; return { answer = 2 }"
-held.answer, held.gone, top
-save "local top = = 3"
-held.answer, top
-save "local top = 4; return { answer = 4 }"
-held.answer, top, m == held
-follow "none.lua"
-]]):gsub("[^\n ]*/mine.lua", "mine.lua")
-  t:equal(output, [[
-reloaded: mine.lua
-2	nil	2
-mine.lua:1: unexpected symbol near '='
-  1 | local top = = 3
-2	2
-reloaded: mine.lua
-4	4	true
-there is no file none.lua
-  input:10: in main chunk
-status 1
-]])
-end)
-
-suite:test("a picture of a robot in motion", function(t)
-  local folder = t:folder()
-  local screen = run(folder, "", [[
-walk = limax.robot { voxels = "ecs\nece" }:begin { duration = 1 }
-picture(walk, "now.svg");
-walk:go(0.7); picture(walk, "later.svg", { title = "later & on" });
-picture(walk, "never.svg", { duration = 3 })
-]])
-  t:ok(screen:find("input:4: picture.duration: unknown field; known are: title", 1, true), screen)
-  local now, later = process.read(folder .. "/now.svg"), process.read(folder .. "/later.svg")
-  -- at rest, and 0.7 s later: the faces have moved
-  t:ok(now:find("-0.50 s", 1, true) and later:find("0.20 s", 1, true), now)
-  local function faces(text)
-    local list = {}
-    for face in text:gmatch "<polygon.->" do list[#list + 1] = face end
-    return list
-  end
-  t:ok(#faces(now) >= 10 and #faces(later) >= 10, now)
-  t:ok(table.concat(faces(now)) ~= table.concat(faces(later)))
-  t:ok(later:find("later &amp; on", 1, true), later)
 end)

@@ -1,5 +1,4 @@
---- repl_text.lua: how the prompt reads text (tokens, top-level `local`, `time(...)`) and shows
---- values.
+--- repl_text.lua: how the prompt reads text (tokens, top-level `local`) and shows values.
 
 local array_text = require "limax.tools.repl.array_text"
 local chunk = require "limax.tools.repl.chunk"

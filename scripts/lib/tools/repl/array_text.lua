@@ -31,13 +31,8 @@ function array_text.view(view)
   local valid, list = pcall(view.table, view)
   -- the view is no longer valid
   if not valid then return tostring(view) .. ": " .. tostring(list) end
-  local function field(name)
-    local exists, value = pcall(function() return view[name] end)
-    return exists and value or nil
-  end
-  local rate = field "rate"
-  return ("%s: %s%s"):format(tostring(view), described(list, field "unit"),
-    rate and ("; %g Hz"):format(rate) or "")
+  return ("%s: %s%s"):format(tostring(view), described(list, view.unit),
+    view.rate and ("; %g Hz"):format(view.rate) or "")
 end
 
 --- The lengths of nested lists of numbers along their axes, nil for any other table.

@@ -30,15 +30,13 @@ end
 local function value_of(path)
   local value
   for name in path:gsub("%[", "."):gsub("%]", ""):gmatch "[^.:]+" do
-    name = tonumber(name) or name
-    if value == nil then
-      value = names.get(name)
-    else
-      local within = value
-      local fine, found = pcall(function() return within[name] end)
-      value = fine and type(within) == "table" and found or nil
-    end
-    if value == nil then return nil end
+    local within = value
+    local fine, found = pcall(function()
+      if within == nil then return names.get(name) end
+      return type(within) == "table" and within[tonumber(name) or name] or nil
+    end)
+    if not fine or found == nil then return nil end
+    value = found
   end
   return value
 end
@@ -96,22 +94,11 @@ local function common(list)
   return beginning
 end
 
--- The words in columns.
-local function columns(list)
-  local shown, widest = {}, 0
-  for i, word in ipairs(list) do
-    shown[i] = word:gsub("^.*/(.)", "%1")
-    widest = math.max(widest, terminal.width(shown[i]))
-  end
-  local across = math.max(1, math.floor((terminal.style().width + 1) / (widest + 2)))
-  local down = math.ceil(#shown / across)
-  local lines = {}
-  for row = 1, down do
-    local parts = {}
-    for i = row, #shown, down do parts[#parts + 1] = terminal.pad(shown[i], widest) end
-    lines[row] = table.concat(parts, "  "):gsub("%s+$", "")
-  end
-  return table.concat(lines, "\n")
+-- The words as lines that fit into the terminal; of files without their folder.
+local function lines_of(list)
+  local shown = {}
+  for i, word in ipairs(list) do shown[i] = word:gsub("^.*/(.)", "%1") end
+  return table.concat(terminal.wrap(table.concat(shown, " "), terminal.style().width, ""), "\n")
 end
 
 --- All completions, sorted, and the typed word.
@@ -147,7 +134,7 @@ function complete.edit(text)
   if #list == 0 then return nil, nil end
   local insert = common(list):sub(#typed + 1)
   if insert ~= "" then return insert, nil end
-  return nil, #list > 1 and columns(list) or nil
+  return nil, #list > 1 and lines_of(list) or nil
 end
 
 return complete

@@ -12,11 +12,7 @@ local plot = {}
 -- of the terminal's 256 colours, distinguishable for the colour-blind: blue, orange, green, ...
 local colors = { 33, 208, 35, 175, 94, 110, 178, 66, 244 }
 
-local check = schema.fields {
-  column = schema.whole(1, 1e6),
-  rows = schema.whole(2, 200),
-  columns = schema.whole(10, 1000),
-}
+local check = schema.fields { rows = schema.whole(2, 200), columns = schema.whole(10, 1000) }
 
 -- NaN and infinities have no place on an axis.
 local function drawable(value) return value == value and math.abs(value) < math.huge end
@@ -32,40 +28,35 @@ local function curve(name, points, column)
 end
 
 -- A curve for each column of rows of numbers, over seconds if there is a `rate`.
-local function curves(rows, names, rate, only)
+local function curves(rows, names, rate)
   local series = {}
-  for column = only or 1, only or #rows[1] do
+  for column = 1, #rows[1] do
     local points = {}
     for i, row in ipairs(rows) do points[i] = { rate and (i - 1) / rate or i, row[column] } end
-    series[#series + 1] = curve(names[column] or "column " .. column, points, column)
+    series[column] = curve(names[column] or "column " .. column, points, column)
   end
   return series
 end
 
 -- The curves of a trace or list, the title of the x axis, and that of the plot.
-local function drawn_of(values, is_view, only)
+local function drawn_of(values, is_view)
   local list = is_view and values:table() or values
   local rows = {}
   for i, value in ipairs(list) do rows[i] = type(value) == "table" and value or { value } end
-  local width = #rows[1]
-  if only and only > width then
-    engine.fail(("plot: column: there are %d, got %d"):format(width, only))
-  end
   if is_view then
     local what = tostring(values):match "^view of (%S+)" or ""
     local unit = values.unit
-    return curves(rows, values.columns or {}, values.rate, only), values.rate and "s" or "index",
+    return curves(rows, values.columns or {}, values.rate), values.rate and "s" or "index",
       ("%s%s\n"):format(what, unit and unit ~= "1" and ", " .. unit or "")
   end
-  if width == 2 and not only then return { curve("values", rows, 1) }, "", "" end
-  return curves(rows, type(list[1]) == "number" and { "values" } or {}, nil, only), "index", ""
+  if #rows[1] == 2 then return { curve("values", rows, 1) }, "", "" end
+  return curves(rows, type(list[1]) == "number" and { "values" } or {}), "index", ""
 end
 
 --- Plots a trace (a line per column) over time, a list of numbers over its index, or a list of
 --- { x, y }, in the terminal.
 ---@param values limax.view|number[]|number[][]
----@param options? { column?: integer, rows?: integer, columns?: integer } only one column of a
---- trace; the size of the plot in letters
+---@param options? { rows?: integer, columns?: integer } the size of the plot in letters
 function plot.plot(values, options)
   local size = schema.demand(check, options, "plot")
   local is_view = engine.is_view(values)
@@ -76,7 +67,7 @@ function plot.plot(values, options)
     engine.fail(("plot: %s has %d axes; plot one of its masses: a list of trace[k][mass][3]")
       :format(tostring(values), #shape))
   end
-  local series, x, title = drawn_of(values, is_view, size.column)
+  local series, x, title = drawn_of(values, is_view)
   output.write(title, text_plot.draw(series, { style = terminal.style(), rows = size.rows,
     columns = size.columns, x = x }), "\n")
 end

@@ -3,7 +3,6 @@
 
 local chunk = require "limax.tools.repl.chunk"
 local failure = require "limax.base.failure"
-local follow = require "limax.tools.repl.follow"
 local help = require "limax.tools.repl.help"
 local host = require "limax.host"
 local names = require "limax.tools.repl.names"
@@ -58,7 +57,6 @@ end
 ---@return boolean|nil fine
 ---@return any interrupt
 local function take(text, first)
-  follow.refresh()
   local topic = text:match "^%s*%?(.*)$"
   if topic then return attempt(text, first, help.show, topic) end
   local compiled, message, incomplete = chunk.compile(text, names.environment, "=input", first)
@@ -70,15 +68,6 @@ end
 
 -- ---- at a terminal ------------------------------------------------------------------------------
 
--- Runs a changed script while the prompt is idle.
-local function idle()
-  if not follow.has_changed() then return false end
-  output.write "\n"
-  follow.refresh()
-  io.flush()
-  return true
-end
-
 -- A line of the terminal, nil at its end; `before` is the beginning of an incomplete statement.
 local function read(before)
   local prompt = before and ".. " or "> "
@@ -86,7 +75,7 @@ local function read(before)
     local function complete(typed)
       return require("limax.tools.repl.complete").edit(before and before .. "\n" .. typed or typed)
     end
-    return host.line_editor.read(prompt, complete, idle)
+    return host.line_editor.read(prompt, complete)
   end
   output.write(prompt)
   io.flush()

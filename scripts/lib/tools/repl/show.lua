@@ -10,9 +10,8 @@ local terminal = require "limax.base.terminal"
 
 local show = {}
 
-local MAX_DEPTH = 3     -- of nested tables, less if the text exceeds MAX_LINES
+local MAX_DEPTH = 4     -- of nested tables, less if the text exceeds MAX_LINES
 local MAX_LINES = 40
-local MAX_FLAT = 4      -- plain values of a table that is shown at any depth
 local MAX_FIELDS = 24   -- of a table
 local MAX_NUMBERS = 12  -- longer lists are summarised
 local MAX_LETTERS = 400 -- of a string in a table
@@ -56,16 +55,6 @@ local function entries_of(value, depth, seen)
   return texts
 end
 
--- Does a table hold only a few plain values?
-local function is_flat(value)
-  local count = 0
-  for _, entry in pairs(value) do
-    count = count + 1
-    if type(entry) == "table" or count > MAX_FLAT then return false end
-  end
-  return true
-end
-
 local function table_text(value, depth, seen)
   local class = getmetatable(value)
   -- a module that loads its parts at first use
@@ -84,7 +73,7 @@ local function table_text(value, depth, seen)
   if shape and (#shape > 1 and shape[1] * shape[2] or shape[1]) > MAX_NUMBERS then
     return array_text.list(value, shape)
   end
-  if depth >= seen.deepest and not is_flat(value) then return "{ ... }" end
+  if depth >= seen.deepest then return "{ ... }" end
   seen[value] = true
   local texts = entries_of(value, depth, seen)
   seen[value] = nil
