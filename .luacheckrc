@@ -6,5 +6,3 @@ max_line_length = 100
 self = false
 -- "not (x > 0)" is also true of a NaN, "x <= 0" is not
 ignore = { "581", "582" }
--- made, for editors
-exclude_files = { "scripts/meta" }

@@ -1,5 +1,4 @@
---- api.lua: every public name has an entry, whose example runs; the reference page and the stub for
---- editors are complete.
+--- api.lua: every public name has an entry, whose example runs; the reference page is complete.
 
 local annotations = require "limax.tools.reference.annotations"
 local api = require "limax.tools.reference.api"
@@ -10,7 +9,6 @@ local host = require "limax.host"
 local limax = require "limax"
 local process = require "support.process"
 local source = require "limax.base.source"
-local stub = require "limax.tools.reference.stub"
 
 local suite = require("limax.test").suite "api"
 
@@ -225,22 +223,5 @@ suite:test("the generated pages are up to date", function(t)
     local page = require("limax.tools.reference." .. name)
     t:ok(source.read(host.home .. "/" .. page.path) == page.text(),
       page.path .. " is out of date: run limax scripts/dev/reference.lua")
-  end
-end)
-
-suite:test("the stub for editors is Lua, and every type in it is defined", function(t)
-  local text, defined = stub.text(), {}
-  t:ok(loadstring(text))
-  for name in ([[any boolean false function integer nil number self string table thread true fun
-    userdata ffi.cdata]]):gmatch "%S+" do defined[name] = true end
-  for name in text:gmatch "%-%-%-@%l+ ([%w_.]+)" do defined[name] = true end
-  for kind, rest in text:gmatch "%-%-%-@(%l+) ([^\n]*)" do
-    local type_text = rest
-    if kind == "field" or kind == "param" then type_text = rest:match "^%S+%s+(%S*)" or "" end
-    if kind ~= "class" and kind ~= "alias" then
-      for name in type_text:match("^%S*"):gmatch "%f[%w_.]limax%.[%w_.]+" do
-        t:ok(defined[name], name .. " is not defined: " .. rest)
-      end
-    end
   end
 end)

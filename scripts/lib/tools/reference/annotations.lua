@@ -22,14 +22,12 @@ local annotations = {}
 ---@field param table<string, limax.api.value> the same by name
 ---@field returns limax.api.value[]
 ---@field arguments string[] names in the definition
----@field lines string[] the comment as it is in the file, without its indent
 
 ---@class limax.api.class
 ---@field name string
 ---@field text string
 ---@field parent string|nil
 ---@field fields limax.api.value[]
----@field lines string[] the comment as it is in the file
 
 -- The last index of the text from `at` on before a letter outside brackets and quotes for which
 -- `stops(letter, index)` holds.
@@ -99,8 +97,7 @@ end
 -- The comment of a function.
 local function document(lines, arguments)
   local text, tags = tags_of(lines)
-  local doc = { text = text, params = {}, param = {}, returns = {}, arguments = {},
-    lines = lines }
+  local doc = { text = text, params = {}, param = {}, returns = {}, arguments = {} }
   for name in arguments:gmatch "[%w_%.]+" do doc.arguments[#doc.arguments + 1] = name end
   for _, tag in ipairs(tags) do
     if tag.tag == "param" then
@@ -122,8 +119,7 @@ local function add_classes(classes, lines)
     if tag.tag == "class" then
       local name, parent, own = tag.text:match "^([%w_%.]+)%s*:%s*([%w_%.]*)%s*(.*)$"
       if not name then name, own = tag.text:match "^(%S+)%s*(.*)$" end
-      class = { name = name, parent = parent, text = own ~= "" and own or text, fields = {},
-        lines = lines }
+      class = { name = name, parent = parent, text = own ~= "" and own or text, fields = {} }
       classes[name] = class
     elseif tag.tag == "field" and class then
       class.fields[#class.fields + 1] = named(tag.text)
@@ -136,7 +132,6 @@ end
 ---@field values table<string, string> text above "a.b = ..." that is not a function
 ---@field top string the comment at the top, without the file's name
 ---@field classes table<string, limax.api.class>
----@field aliases table<string, string[]> comments, by the name of the alias
 
 -- Adds the fields of tables of settings/records.lua, whose names follow "---@fields".
 local function add_declared(lines, names)
@@ -152,7 +147,7 @@ local read = {}
 ---@return limax.api.file
 function annotations.of(path)
   if read[path] then return read[path] end
-  local file = { functions = {}, values = {}, classes = {}, aliases = {} }
+  local file = { functions = {}, values = {}, classes = {} }
   local lines = {}
   for line in (assert(source.read(host.home .. "/" .. path)) .. "\n"):gmatch "([^\n]*)\n" do
     local bare = line:gsub("^%s+", "")
@@ -169,9 +164,7 @@ function annotations.of(path)
         local value = bare:match "^([%a_][%w_.]*)%s*="
         if value then file.values[value] = (tags_of(lines):gsub("^[%w_]+: ", "")) end
         if name then file.functions[name] = document(lines, arguments) end
-        local text = table.concat(lines, "\n")
-        if text:find("@class", 1, true) then add_classes(file.classes, lines) end
-        for alias in text:gmatch "@alias%s+([%w_.]+)" do file.aliases[alias] = lines end
+        add_classes(file.classes, lines)
       end
       lines = {}
     end
@@ -193,18 +186,17 @@ local function files_below(folder, list)
   return list
 end
 
-local all = {}
+local all
 
---- Every class of limax, or the comments of every alias, by name.
----@param kind "classes"|"aliases"
----@return table<string, limax.api.class|string[]>
-function annotations.all(kind)
-  if all[kind] then return all[kind] end
-  all[kind] = {}
+--- Every class of limax, by name.
+---@return table<string, limax.api.class>
+function annotations.classes()
+  if all then return all end
+  all = {}
   for _, path in ipairs(files_below("scripts/lib", files_below("bindings", {}))) do
-    for name, value in pairs(annotations.of(path)[kind]) do all[kind][name] = value end
+    for name, class in pairs(annotations.of(path).classes) do all[name] = class end
   end
-  return all[kind]
+  return all
 end
 
 --- The names that a table of a type may have: those of an inline type, or of a class of `classes`.

@@ -1,5 +1,5 @@
 --- api.lua: every public name: groups.lua lists them with examples, and the LuaLS comments in the
---- code describe them. Help, completion, the stub for editors and the reference page read this.
+--- code describe them. Help, completion and the reference page read this.
 
 local annotations = require "limax.tools.reference.annotations"
 local groups = require "limax.tools.reference.groups"
@@ -74,7 +74,7 @@ end
 
 -- The fields of the group's class, with those of `taken` left out.
 local function add_fields(group, taken)
-  local class = annotations.all("classes")[group.class]
+  local class = annotations.classes()[group.class]
   for _, field in ipairs(class and class.fields or {}) do
     if not taken[field.name] then
       local name = group.prefix:gsub(":$", ".") .. field.name
@@ -124,7 +124,7 @@ end
 ---@return table<string, limax.api.class>
 function api.tables()
   local classes = {}
-  for name, class in pairs(annotations.all "classes") do
+  for name, class in pairs(annotations.classes()) do
     if not api.group_of(name) then classes[name] = class end
   end
   return classes

@@ -20,19 +20,15 @@ local SCORED = RUN .. "\npopulation = run:generations()():simulate():score()"
 local groups = {
   { title = "At the prompt", prefix = "", holder = "words.",
     files = { "scripts/lib/tools/repl/words.lua", "scripts/lib/tools/repl/plot.lua",
-      "scripts/lib/tools/repl/compare.lua", "scripts/lib/tools/repl/evolve.lua",
-      "scripts/lib/tools/repl/picture.lua" },
+      "scripts/lib/tools/repl/evolve.lua", "scripts/lib/tools/repl/picture.lua" },
     stage = ROBOT .. "\nrun = evolve(" .. SMALL .. ", 1)",
     text = "Words of `limax repl`. `_` is the last value; a trailing `;` mutes; `?name` is help.",
     examples = [[
 who  who()
-time  time "robot:simulate { duration = 0.1 }"
 plot=plot.plot  plot { 1, 4, 9, 16 }
-compare=compare.compare  compare(robot, "cpu", { device = "cpu", precision = "double" })
 evolve=evolve.evolve  evolve(run, 1)
 champion=evolve.champion  champion(run)
 picture=picture.picture  picture(robot, "robot.svg", { duration = 0.2 })
-follow  follow "mine.lua"
 ]] },
   { title = "limax", text = 'What `require "limax"` gives.', class = "limax", prefix = "limax.",
     files = { "scripts/lib/limax.lua", "scripts/lib/robot/robot.lua",
@@ -309,7 +305,6 @@ same_bits  t:same_bits(0.5, 0.5)
 ok  t:ok(1 < 2, "one should be less than two")
 raises  t:raises("boo", function() error "boo" end)
 golden  pcall(t.golden, t, "height", { z = 1 }, { rtol = 1e-3, why = "before contact" })
-statistically  t:statistically(function(seed) return seed end, { seeds = 9, expected = 5 })
 fixture  t:fixture "cube"
 with  t:with { duration = 2 }
 skip  pcall(t.skip, t, "no GPU")

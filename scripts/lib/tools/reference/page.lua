@@ -13,8 +13,8 @@ local WIDTH = 160
 
 local head = "Every public name. Made by `limax scripts/dev/reference.lua` from the comments in "
   .. "the code; do not edit. `?name` in `limax repl` also lists arguments and results. "
-  .. "Files and fields of a run: [RUN_FOLDER.md](RUN_FOLDER.md). For editors with LuaLS the build "
-  .. "writes `scripts/meta`: add it to the setting `Lua.workspace.library`."
+  .. "Files and fields of a run: [RUN_FOLDER.md](RUN_FOLDER.md). Editors with LuaLS "
+  .. "read `scripts/lib` and `bindings`: add both to the setting `Lua.workspace.library`."
 
 local function wrapped(text) return table.concat(terminal.wrap(text, WIDTH, "  "), "\n") end
 
