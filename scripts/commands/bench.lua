@@ -13,7 +13,7 @@ local suggest = require "limax.engine.suggest"
 
 local exit_usage = 2
 
-local BENCHES = { "accuracy", "effects", "stability", "throughput", "work_precision" }
+local BENCHES = { "accuracy", "effects", "throughput", "work_precision" }
 
 local OPTIONS = {
   { name = "json", argument = "FILE", text = "also write the rows as JSON" },
@@ -25,19 +25,11 @@ local OPTIONS = {
   { name = "seconds", argument = "S", kind = "number", minimum = 0.01, maximum = 60, value = 0.5,
     text = "throughput, effects: time of one repeat of one measurement" },
   { name = "full",
-    text = "throughput: every combination on a GPU; stability:"
-      .. " long cases, and every combination of all; accuracy: more steps and robots, long walks:"
+    text = "throughput: every combination on a GPU; accuracy: more steps and robots, long walks:"
       .. " hours" },
-  { name = "filter", argument = "TEXT", of = "stability", text = "only cases whose name contains"
-    .. " this" },
-  { name = "fraction", argument = "F", of = "stability", kind = "number", minimum = 0.01,
-    maximum = 0.99, text = "of the step's bound, for cases with no choice of their own; 0.9" },
-  { name = "duration", argument = "S", of = "accuracy", kind = "number", minimum = 0.1,
-    maximum = 1000, text = "of the walks; 1.5 s if left out, with --full as in their scripts" },
+  { name = "duration", argument = "S", kind = "number", minimum = 0.1, maximum = 1000,
+    text = "accuracy: of the walks; 1.5 s if left out, with --full as in their scripts" },
 }
-for _, option in ipairs(OPTIONS) do
-  if option.of then option.text = ("%s: %s"):format(option.of, option.text) end
-end
 
 local function run(arguments)
   local name = arguments[1]
@@ -47,12 +39,8 @@ local function run(arguments)
   local fine, device =
     failure.attempt(engine.device, arguments.device, { threads = arguments.threads })
   if not fine then failure.raise(failure.status(device) or 1, failure.bare(device)) end
-  for _, option in ipairs(OPTIONS) do
-    local value = arguments[option.name]
-    local absent = value == nil or type(value) == "table" and #value == 0
-    if option.of and option.of ~= name and not absent then
-      failure.raise(exit_usage, ("--%s belongs to limax bench %s"):format(option.name, option.of))
-    end
+  if arguments.duration and name ~= "accuracy" then
+    failure.raise(exit_usage, "--duration belongs to limax bench accuracy")
   end
   arguments.device = device
   arguments.say = function(text) output.write(text, "\n") io.flush() end
@@ -64,7 +52,7 @@ local function run(arguments)
     source.write(arguments.json, host.json.encode(result, { indent = 2 }) .. "\n")
   end
   if arguments.csv then source.write(arguments.csv, csv.encode(result.columns, result.rows)) end
-  return result.failed and 1 or 0
+  return 0
 end
 
 return {
@@ -74,8 +62,6 @@ return {
     .. "effects, and the speed-up by threads; on a GPU by population, lattice and precision, with\n"
     .. "the kernel that served each.\n"
     .. "effects measures the time of a step with each effect, all but each, and all.\n"
-    .. "stability runs the hard cases in every precision, with every integrator, as one table,\n"
-    .. "and exits 1 if it finds a failure.\n"
     .. "accuracy measures what accuracy costs: how well walkers keep their order under cheap\n"
     .. "integrators, precisions and steps; two minutes on two cores.\n"
     .. "work_precision measures the error of a body's motion against its price, for every\n"

@@ -7,7 +7,6 @@ local host = require "limax.host"
 local llm_client = require "limax.supervise.llm.client"
 local output = require "limax.base.output"
 local passes = require "limax.tools.console.passes"
-local scene_report = require "limax.tools.console.scene_report"
 local script = require "limax.base.script"
 local settings = require "limax.settings.settings"
 local terminal = require "limax.base.terminal"
@@ -30,15 +29,13 @@ local GREEN, RED, YELLOW = 34, 160, 136
 
 local command = {
   summary = "show what this machine offers and what is missing",
-  usage = "limax doctor [--json] [--llm] [--scene FILE]",
+  usage = "limax doctor [--json] [--llm]",
   text = "Exits with 1 if a self check fails; a missing tool or GPU is not a failure.\n"
     .. "--llm asks the language model at LIMAX_LLM_URL one short question, and fails without an\n"
-    .. "answer. Nothing is sent without it.\n"
-    .. "--scene prints the scene of an experiment instead: its effects with every parameter.",
+    .. "answer. Nothing is sent without it.",
   options = {
     { name = "json", text = "print one JSON object" },
     { name = "llm", text = "ask the language model one short question" },
-    { name = "scene", argument = "FILE", text = "print the scene of this experiment" },
   },
 }
 
@@ -71,10 +68,21 @@ local function tools()
   return list
 end
 
+-- A simulation of one body of all materials that fills a lattice.
+local function simulation_of(config, scene, device, options)
+  local materials = engine.materials(config.materials)
+  local population = engine.population { lattice = config.lattice, count = 1 }
+  local voxels = {}
+  for i = 1, population.voxels_each do voxels[i] = 1 + i % (materials.count - 1) end
+  population:set_body(1, voxels)
+  population:check(materials)
+  return engine.simulation(population, materials, engine.scene(scene), options, device)
+end
+
 -- Drops a full 5x5x5 body for a second: its centre of mass must fall g t^2 / 2.
 local function self_check(device)
   local gravity, seconds = 9.81, 1 -- m/s^2, s
-  local simulation = scene_report.simulation({ lattice = { 5, 5, 5 }, materials = "paper" },
+  local simulation = simulation_of({ lattice = { 5, 5, 5 }, materials = "paper" },
     { gravity = { acceleration = { 0, 0, -gravity } } }, device,
     { duration = seconds, settle = 0, position = { 0, 0, 10 } })
   local started = host.clock()
@@ -102,7 +110,7 @@ end
 -- The kernel of the scene of walk.lua.
 local function walk_kernel(device)
   local config = script.run(host.home .. "/scripts/experiments/walk.lua").config
-  return scene_report.simulation(config, config.scene, device,
+  return simulation_of(config, config.scene, device,
     settings.engine_options(config.simulation, config.record)):describe()
 end
 
@@ -291,16 +299,6 @@ end
 
 --- Runs the command.
 function command.run(arguments)
-  if arguments.scene then
-    local list = scene_report.gather(arguments.scene, engine.device "auto")
-    local json = arguments.json
-      and host.json.encode(list[2] and list or list[1], { indent = 2 }) .. "\n"
-    for k, facts in ipairs(json and {} or list) do
-      output.write(k > 1 and "\n" or "", table.concat(scene_report.lines(facts), "\n"), "\n")
-    end
-    output.write(json or "")
-    return 0
-  end
   local facts = gather(arguments.llm)
   if arguments.json then
     output.write(host.json.encode(facts, { indent = 2 }), "\n")

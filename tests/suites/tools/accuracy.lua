@@ -81,15 +81,8 @@ suite:test("settings are ranked against the finest one", { limit = 180 }, functi
   end
 end)
 
-suite:test("axes: decades, their labels, and places between", function(t)
-  local x = axis.new({ label = "s", low = 1e-5, high = 1e-1 }, {})
-  t:near(x.place(1e-3), 0.5)
-  t:near(x.place(1e-9), 0)
-  local texts = {}
-  for _, tick in ipairs(x.ticks) do texts[#texts + 1] = tick.text end
-  t:equal(texts, { "10⁻⁵", "10⁻⁴", "10⁻³", "0.01", "0.1" })
-  for _, tick in ipairs(axis.new({ label = "bodies", linear = true, whole = true },
-    { 13, 15 }).ticks) do
+suite:test("an axis of whole numbers has no ticks between them", function(t)
+  for _, tick in ipairs(axis.new({ label = "bodies", whole = true }, { 13, 15 }).ticks) do
     t:equal(tick.value % 1, 0)
   end
 end)

@@ -4,11 +4,9 @@ local agreement = require "limax.tools.bench.agreement"
 local bodies = require "limax.tools.bench.bodies"
 local context = require "limax.tools.bench.hard_cases.context"
 local engine = require "limax.engine"
-local hard_cases = require "limax.tools.bench.hard_cases"
 local host = require "limax.host"
 local process = require "support.process"
 local source = require "limax.base.source"
-local stability = require "limax.tools.bench.stability"
 local trial = require "support.trial"
 
 local suite = require("limax.test").suite "limax bench"
@@ -79,7 +77,7 @@ suite:test("refuses what it cannot measure", function(t)
   for _, bad in ipairs {
     { { "effect" }, 'unknown bench "effect"; did you mean "effects"?', 2 },
     { { "effects", "--device", "cuda" }, "device 'cuda': ", 1 },
-    { { "stability", "--duration", "5" }, "--duration belongs to limax bench accuracy", 2 },
+    { { "effects", "--duration", "5" }, "--duration belongs to limax bench accuracy", 2 },
   } do
     local done = process.ends(t:folder(), { "bench", unpack(bad[1]) },
       { before = "CUDA_VISIBLE_DEVICES=" })
@@ -96,44 +94,7 @@ suite:test("a device agrees with itself, and tolerances detect another law", fun
   t:ok(agreement.tolerance("double", bodies.ALL) < 1e-12)
 end)
 
--- ---- stability ---------------------------------------------------------------------------------
-
-suite:test("stability: a table, CSV and JSON", { limit = 60 }, function(t)
-  local rows, output = bench(t, { "stability", "--filter", "free fall", "--device", "cpu" })
-  trial.contains(t, output, "1. free fall", "1 cases in")
-  for _, precision in ipairs(engine.names.precision.names) do
-    for _, integrator in ipairs(engine.names.integrator.names) do
-      t:equal(row_of(t, rows, { integrator = integrator, precision = precision }).status, "holds")
-    end
-  end
-end)
-
-for _, fraction in ipairs { 0.99, 0.5, 0.1 } do
-  suite:test(("stability: every case holds at %g of the bound"):format(fraction),
-    { limit = 3600, tags = "full" }, function(t)
-      local lines = {}
-      local result = stability.run { device = engine.device "cpu", fraction = fraction,
-        say = function(text) lines[#lines + 1] = text end }
-      t:ok(not result.failed, table.concat(lines, "\n"))
-    end)
-end
-
-suite:test("stability: a failing check and differing verdicts are failures", function(t)
-  local all, lines = hard_cases.all, {}
-  hard_cases.all = function()
-    return { { kind = "a", name = "fails", run = function(c) c:near("height", 1, 2, {}) end },
-      { kind = "a", name = "differs", run = function(c)
-        c.reported = c.precision == "double" and "speed" or nil
-      end } }
-  end
-  local result = stability.run { device = engine.device "cpu",
-    say = function(text) lines[#lines + 1] = text end }
-  hard_cases.all = all
-  t:equal({ result.failed, result.cases.failed, result.cases.differ }, { true, 1, 1 })
-  t:ok(table.concat(lines, "\n"):find("height is 1; expected 2", 1, true))
-end)
-
-suite:test("stability: invariants detect divergence and energy from nowhere", function(t)
+suite:test("hard cases: invariants detect divergence and energy from nowhere", function(t)
   local c = context.new { device = engine.device "cpu", integrator = "leapfrog",
     precision = "double" }
   t:raises("robot 1 diverged (speed)", function()

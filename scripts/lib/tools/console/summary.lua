@@ -81,15 +81,9 @@ local function repetition_table(list, style)
     "diversity" }, rows, style)
 end
 
----@class limax.summary.options
----@field color? boolean
----@field ascii? boolean
----@field width? integer columns
----@field write? fun(text: string) standard output if absent
----@field device? string|limax.device for the film strip
-
 --- Shows the end of a run, and writes champion.svg into its folder.
----@param options? limax.summary.options
+---@param options? { color?: boolean, ascii?: boolean, width?: integer, write?: fun(text: string),
+--- device?: string|limax.device } columns; standard output; of the film strip
 function summary.show(folder, options)
   options = options or {}
   local write = options.write or output.write
@@ -130,7 +124,6 @@ function summary.show(folder, options)
     or tostring(fine and message or drawn)))
   write(("champion    %s\n"):format(shell.path(runs.champion(run, result))))
   write(("a page      %s report %s\n"):format(shell.program(), shell.path(folder)))
-
 end
 
 return summary

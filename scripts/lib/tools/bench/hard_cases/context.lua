@@ -1,6 +1,7 @@
 --- context.lua: what a hard case gets as `c`: its device, precision and integrator, a way to
 --- simulate robots, and checks. invariants.lua checks every run too. SI units.
 
+local compare = require "limax.tools.test.compare"
 local engine = require "limax.engine"
 local invariants = require "limax.tools.bench.hard_cases.invariants"
 local source = require "limax.base.source"
@@ -12,7 +13,6 @@ local context = {}
 ---@field precision string
 ---@field integrator string
 ---@field full boolean run the long version
----@field fraction number|nil of the step's bound where the case sets neither step nor fraction
 ---@field notes string[]
 ---@field reported string|nil reason of an expected divergence
 local methods = {}
@@ -29,14 +29,11 @@ context.GRAVITY, context.GROUND = 9.81, 1e5
 local function fail(pattern, ...) error(pattern:format(...), 0) end
 
 --- A tolerance: a number, or a table with one for each precision, `fp32` for those that round
---- forces to fp32. Plain sums round at every step: the tolerance of `single` is for 0.9 of the
---- bound and grows as `--fraction` makes steps shorter.
+--- forces to fp32.
 ---@param tolerance number|table<string, number>|nil
 function methods:tolerance(tolerance)
   if type(tolerance) ~= "table" then return tolerance or 0 end
-  local value = tolerance[self.precision] or tolerance.fp32
-  if self.precision ~= "single" or not self.fraction then return value end
-  return value * math.max(1, 0.9 / self.fraction)
+  return tolerance[self.precision] or tolerance.fp32
 end
 
 --- Fails unless |got - expected| <= atol + rtol |expected|; always for NaN.
@@ -72,14 +69,8 @@ end
 
 --- Fails unless both have the same bits; compares tables element by element.
 function methods:same_bits(what, got, expected)
-  if type(expected) ~= "table" then
-    if got ~= expected then
-      fail("%s is %s; expected the same bits as %s", what, tostring(got), tostring(expected))
-    end
-    return
-  end
-  if #got ~= #expected then fail("%s: %d values, expected %d", what, #got, #expected) end
-  for i = 1, #expected do self:same_bits(("%s[%d]"):format(what, i), got[i], expected[i]) end
+  local difference = compare.same_bits(expected, got)[1]
+  if difference then fail("%s: %s", what, compare.text(difference)) end
 end
 
 --- Fails unless `call` raises a message that contains `pattern`.
@@ -196,7 +187,7 @@ function methods:prepare(spec)
   local materials, record = self:materials(spec.materials), source.copy(spec.record or {})
   if invariants.passive(spec) and not record.energy then record.energy = 100 end
   local options = { record = record, integrator = self.integrator, precision = self.precision,
-    settle = 0, duration = 1, time_step = "auto", bound_fraction = self.fraction }
+    settle = 0, duration = 1, time_step = "auto" }
   for _, name in ipairs(OPTIONS) do
     if spec[name] ~= nil then options[name] = spec[name] end
   end
@@ -233,8 +224,7 @@ end
 ---@param fields table those of limax.hard_cases.context but for notes and reported
 function context.new(fields)
   return setmetatable({ device = fields.device, precision = fields.precision,
-    integrator = fields.integrator, full = fields.full or false, fraction = fields.fraction,
-    notes = {} }, class)
+    integrator = fields.integrator, full = fields.full or false, notes = {} }, class)
 end
 
 return context
