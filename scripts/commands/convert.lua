@@ -1,5 +1,4 @@
---- convert.lua: `limax convert FROM TO`: robots and runs as files of other programs, and robots
---- from such files.
+--- convert.lua: `limax convert FROM TO`: robots as files of other programs, and from such files.
 
 local failure = require "limax.base.failure"
 local formats = require "limax.tools.convert.formats"
@@ -16,7 +15,7 @@ for _, format in ipairs(formats.list) do
 end
 
 local command = {
-  summary = "robots and runs as files of other programs, and robots from them",
+  summary = "robots as files of other programs, and from them",
   usage = "limax convert FROM TO [options]",
   text = [[
 FROM is a robot file (.json), a robot of VoxCad or voxcraft-sim (.vxa) or of EvoGym (.npy, .npz), or
@@ -45,7 +44,7 @@ What a format cannot hold is printed. Nothing is overwritten without --force.]],
 -- Refuses options that do not apply to these files.
 local function check_options(from, format, arguments)
   local applies = format.options or {}
-  local of_champion = runs.is_folder(from) and not format.of_run
+  local of_champion = runs.is_folder(from)
   for _, each in ipairs {
     { "edge", arguments.edge, applies.edge, "a .stl or .3mf" },
     { "record", arguments.record[1], applies.record, "a .pvd or .npz" },
@@ -90,15 +89,11 @@ function command.run(arguments)
   end
   check_options(from, format, arguments)
   local job = { from = from, to = to, arguments = arguments, notes = {} }
-  if not format.of_run then
-    job.robot = read(from, arguments, job.notes)
-  elseif not runs.is_folder(from) then
-    input.refuse(from, "is not a run folder, which a .%s needs", format.ending)
-  end
+  job.robot = read(from, arguments, job.notes)
   local files = format.write(job)
   if type(files) == "string" then files = { { to, files } } end
   write(files, arguments.force)
-  if job.robot then formats.note_losses(format, job.robot, job.notes) end
+  formats.note_losses(format, job.robot, job.notes)
   for _, note in ipairs(job.notes) do output.warn("! not carried: ", note, "\n") end
   return 0
 end

@@ -192,25 +192,6 @@ local function run(t)
   return folder
 end
 
-suite:test("CSV of a run", function(t)
-  local folder = run(t)
-  convert(t, folder, "run", "metrics.csv")
-  python(t, folder, {}, [==[
-import csv, json
-rows = list(csv.DictReader(open("metrics.csv", newline="")))
-lines = [json.loads(line) for r in (1, 2) for line in open("run/r%02d/metrics.jsonl" % r)]
-assert len(rows) == len(lines) == 6
-def check(value, name, row):
-    if isinstance(value, dict):
-        for key in value: check(value[key], name + "." + key if name else key, row)
-    elif isinstance(value, (int, float)) and not isinstance(value, bool):
-        assert float(row[name]) == value, name
-    elif name != "schema":
-        assert row[name] == str(value), name
-for row, line in zip(rows, lines): check(line, "", row)
-]==])
-end)
-
 suite:test("a run folder is read as its champion", function(t)
   local folder = run(t)
   convert(t, folder, "run", "last.vxa")

@@ -224,34 +224,3 @@ doctor:test("describes this machine and checks that bodies fall", function(t)
     facts.cuda_compiler or "no nvcc at build time",
     facts.cuda_driver and "can be opened" or "none: libcuda.so.1")
 end)
-
-doctor:test("describes what a scene runs", { limit = 180 }, function(t)
-  local file = t:folder() .. "/e.lua"
-  local function scene_of(actuation)
-    t:ok(host.file.write_atomic(file, ([[
-return require("limax").experiment { lattice = { 3, 2, 2 }, fitness = "walk",
-  simulation = { time_step = 2e-4 }, scene = {
-  gravity = true, terrain = { heights = { { 0, 0 }, { 0, 0 }, { 0, 0 } } }, friction = true,
-  planes = { { offset = -1 }, { offset = -2 } }%s } }
-]]):format(actuation)))
-  end
-  scene_of ""
-  local text, status = limax("doctor", "--json", "--scene", file)
-  t:equal(status, 0)
-  -- on a GPU a line about a compiled kernel comes first
-  local facts, names = host.json.decode(text:match "{.*}", "doctor"), {}
-  for i, effect in ipairs(facts.effects) do names[i] = effect.name end
-  t:equal(names, { "gravity", "friction", "planes", "terrain" })
-  t:equal(facts.effects[3].fields[2].offset, -2)
-  t:ok(facts.runs.passes or facts.runs.path)
-  -- a drive whose periods are few steps
-  scene_of ", damping = true, actuation = { frequency = 500 }"
-  text, status = limax("doctor", "--scene", file)
-  t:equal(status, 0)
-  contains(t, text, "planes[2]", "heights 3 x 2 m",
-    "at 500 Hz a period is 10 steps of 0.0002 s, fewer than 20")
-  t:ok(host.file.write_atomic(file, "return 1"))
-  text, status = limax("doctor", "--scene", file)
-  t:equal(status, 2)
-  contains(t, text, "returns no experiment")
-end)

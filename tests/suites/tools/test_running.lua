@@ -1,4 +1,4 @@
---- test_running.lua: how `limax test` runs tests: matrices, fixtures, orders, folders, statistics.
+--- test_running.lua: how `limax test` runs tests: matrices, fixtures, orders, folders.
 
 local host = require "limax.host"
 local test = require "limax.test"

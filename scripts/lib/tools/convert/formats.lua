@@ -9,7 +9,6 @@ local input = require "limax.tools.convert.input"
 local meshes = require "limax.tools.convert.meshes"
 local motion = require "limax.draw.motion"
 local robot_file = require "limax.robot.robot_file"
-local run_metrics = require "limax.tools.convert.run_metrics"
 local source = require "limax.base.source"
 local surface = require "limax.tools.convert.surface"
 local traces = require "limax.tools.convert.traces"
@@ -20,7 +19,7 @@ local vtk = require "limax.tools.convert.vtk"
 local formats = {}
 
 -- A job has the paths `from` and `to`, the command's `arguments`, `notes`, which receive what is
--- lost, and the `robot`, nil if a run is written.
+-- lost, and the `robot`.
 
 ---@class limax.convert.format
 ---@field ending string
@@ -28,7 +27,6 @@ local formats = {}
 ---@field read? fun(path: string, notes: string[]): limax.robot.description
 ---@field write? fun(job: table): string|{ [1]: string, [2]: string }[] the text of the
 --- file, or paths and texts of several
----@field of_run? boolean written of a run, not of a robot
 ---@field options? table<string, boolean> options of the command that apply to a written file
 ---@field lost? string[] what is always lost
 ---@field kept? table<string, boolean> fields of a robot file besides the body that are not lost;
@@ -103,8 +101,6 @@ formats.list = {
     options = { record = true }, write = write_pvd, lost = WITH_NUMBER },
   { ending = "npz", text = "NumPy: traces of the robot, simulated again, its body and weights",
     options = { record = true }, read = evogym.read_npz, write = write_npz, lost = WITH_NUMBER },
-  { ending = "csv", text = "of a run: metrics.jsonl as a table", of_run = true,
-    write = function(job) return run_metrics.csv(job.from) end },
 }
 
 function formats.ending_of(path) return (path:match "%.([%w]+)$" or ""):lower() end

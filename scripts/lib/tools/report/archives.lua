@@ -18,7 +18,7 @@ local function label_of(measure)
 end
 
 local function axis_of(measure, range)
-  return { label = label_of(measure), linear = true, low = range and range[1],
+  return { label = label_of(measure), low = range and range[1],
     high = range and range[2] }
 end
 
@@ -101,7 +101,7 @@ local function map(run, title, label)
   stored.add_letters(run, rows)
   local panel = { title = "archive of " .. title, caption = ("%d robots"):format(#rows),
     x = axis_of(list[1], axes and list[1].range), curves = {},
-    y = #list > 1 and axis_of(list[2], axes and list[2].range) or { label = label, linear = true },
+    y = #list > 1 and axis_of(list[2], axes and list[2].range) or { label = label },
     marks = { list = marks_of(rows, definition), colors = colors_of(run),
       cells = #list > 1 and axes ~= nil, label = #list > 1 and label or nil } }
   panel.marks.low, panel.marks.high = math.huge, -math.huge

@@ -184,7 +184,7 @@ function charts.of(list, label)
 end
 
 --- Writes the charts of arms as figures.
----@param list limax.report.arm[]
+---@param list limax.compare.arm[]
 ---@param label string of the fitness, with its unit
 ---@return string[] names
 function charts.write(folder, list, label)

@@ -84,8 +84,8 @@ function curves.over(arm, value, banded)
 end
 
 local function panel_of(title, label)
-  return { title = title, x = { label = "generation", linear = true, whole = true },
-    y = { label = label, linear = true, whole = label == "robots" or label == "bodies" },
+  return { title = title, x = { label = "generation", whole = true },
+    y = { label = label, whole = label == "robots" or label == "bodies" },
     curves = {}, bands = {} }
 end
 
@@ -100,7 +100,7 @@ local function add(panel, name, k, points, band)
 end
 
 --- A value by generation, a line for each arm that has it.
----@param list limax.report.arm[]
+---@param list limax.compare.arm[]
 ---@param label string with the unit
 ---@param value fun(line: table, k: integer, run: limax.report.run): number|nil
 ---@return limax.chart.panel

@@ -42,14 +42,13 @@ function facts.final(list)
         failed, coarse = failed + curves.failed(line), coarse + (line.coarse or 0)
         most = math.max(most, runs.score(line) or -math.huge)
       end
-      local none = "-"
       local row = { arm.name, run.seed, run.repetition, run.state,
-        #run.lines, run.evaluations, runs.score(first) or none, runs.score(last) or none,
-        most > -math.huge and most or none, last.mean or none,
-        last.diversity.all and last.diversity.all.hamming or none, failed,
+        #run.lines, run.evaluations, runs.score(first) or "-", runs.score(last) or "-",
+        most > -math.huge and most or "-", last.mean or "-",
+        last.diversity.all and last.diversity.all.hamming or "-", failed,
         coarse, (duration((seconds_of(run)))) }
       for _, name in ipairs(measures) do
-        row[#row + 1] = runs.measure(last, name) or none
+        row[#row + 1] = runs.measure(last, name) or "-"
       end
       rows[#rows + 1] = row
     end

@@ -92,13 +92,9 @@ local function hash_source(text)
   return "'sha256-" .. base64.encode(bytes) .. "'"
 end
 
----@class limax.report.page
----@field title string
----@field style string CSS
----@field scripts string[] JavaScript without the end of a script element
----@field body string HTML
-
 --- A whole page that loads nothing and runs only its own scripts.
+---@param page { title: string, style: string, scripts: string[], body: string } CSS; JavaScript
+--- without the end of a script element; HTML
 function html.page(page)
   local sources, scripts = {}, {}
   for k, text in ipairs(page.scripts) do

@@ -74,8 +74,8 @@ local UNITS = { mutation_rate = "per gene", mutation_scale = "1", crossover_rate
 function parameters.panel(arm, path)
   local field = path:match "[^.]*$"
   local panel = { title = path:gsub("^materials%.", ""), curves = {}, right = 20,
-    x = { label = "generation", linear = true, whole = true },
-    y = { label = ("%s (%s)"):format(field, UNITS[field] or "1"), linear = true } }
+    x = { label = "generation", whole = true },
+    y = { label = ("%s (%s)"):format(field, UNITS[field] or "1") } }
   local value_of, by_setter = reader(path), {}
   for _, setter in ipairs(SETTERS) do by_setter[setter.name] = {} end
   for _, run in ipairs(arm.runs) do

@@ -45,12 +45,8 @@ local function chosen(list)
   return picks
 end
 
----@class limax.report.shown one robot
----@field name string
----@field score string its fitness, and what else the fitness returned
----@field walked limax.scored_robot
-
--- Simulates a champion again, once for each of its trials. `say` gets the reason where it cannot.
+-- Simulates a champion again, once for each of its trials, and adds { name, score, walked }; score
+-- is its fitness and what else the fitness returned. `say` gets the reason where it cannot.
 local function add(shown, pick, options)
   local run, line = pick.run, pick.line
   local fine, walker = failure.attempt(robot, runs.champion(run, line))

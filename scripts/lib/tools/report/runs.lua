@@ -129,13 +129,9 @@ function runs.finished(folders)
   return list
 end
 
----@class limax.report.arm
----@field name string
----@field runs limax.report.run[]
-
 --- Runs as arms, as `limax compare` groups them; where it would refuse, each folder is an arm,
 --- except in a study, which names its arms, and the second result is the reason.
----@return limax.report.arm[]
+---@return limax.compare.arm[]
 ---@return string|nil message
 function runs.arms(folders)
   local all = {}
@@ -212,7 +208,7 @@ function runs.leading(list)
 end
 
 --- An arm's name, and of several runs what distinguishes this one: "rules, seed 2".
----@param arm limax.report.arm
+---@param arm limax.compare.arm
 function runs.title(arm, run)
   local text, seeds, repetitions = arm.name, false, false
   for _, other in ipairs(arm.runs) do

@@ -77,7 +77,7 @@ function study.new(settings)
       if not warned[text] then say(text) end
       warned[text] = true
     end,
-    cells = plan.cells(arms_of_study, settings.repetitions) }
+    arms = arms_of_study, cells = plan.cells(arms_of_study, settings.repetitions) }
 end
 
 -- Wall time of one evaluation: the first generation of the first cell, simulated and scored.
@@ -93,13 +93,12 @@ end
 -- Evaluations, hours and tokens of the remaining runs, estimated from one generation on this
 -- machine.
 local function cost_of(self)
-  local left, asking, names, seen = 0, 0, {}, {}
+  local left, asking, names = 0, 0, {}
+  for k, arm in ipairs(self.arms) do names[k] = arm.name end
   for _, cell in ipairs(self.cells) do
-    local arm = cell.arm
     if not cells.is_done(self.out .. "/" .. cell.path) then
-      left, asking = left + 1, asking + (arm.asks and 1 or 0)
+      left, asking = left + 1, asking + (cell.arm.asks and 1 or 0)
     end
-    if not seen[arm.name] then seen[arm.name], names[#names + 1] = true, arm.name end
   end
   local evaluations = left * self.evaluations
   local seconds = evaluations * seconds_per_evaluation(self)

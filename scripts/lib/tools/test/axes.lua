@@ -6,18 +6,12 @@ local schema = require "limax.engine.schema"
 
 local axes = {}
 
----@class limax.test_axis
----@field option string of `suite:test`
----@field field string of `t` and of an instance
----@field all string[]|nil the valid values, which "all" selects
----@field rule schema.rule of one value
-
+-- `option` of `suite:test`, `field` of `t`, `rule` of one value, and `all` that "all" selects.
 local function words(option, field, all)
   return { option = option, field = field, all = all, rule = schema.choice(all) }
 end
 
 -- In the order in which a label names them.
----@type limax.test_axis[]
 axes.list = {
   -- the CPU first: what fails there fails everywhere
   words("devices", "device", { "cpu", "cuda" }),

@@ -37,15 +37,12 @@ function class.__index(_, key)
   strict.unknown("a test's t", key, methods, MAY_LACK)
 end
 
----@class limax.test_failure
----@field text string
----@field where string FILE:LINE of the check
+--- The class of a failed check: `text` and `where`, FILE:LINE.
 context.failure = {
   __tostring = function(self) return ("%s: %s"):format(self.where, self.text) end,
 }
 
----@class limax.test_skip
----@field reason string
+--- The class of a skipped test: its `reason`.
 context.skipped = { __tostring = function(self) return "skipped: " .. self.reason end }
 
 local function fail(text)
@@ -285,13 +282,13 @@ for name, method in pairs(methods) do
 end
 
 ---@class limax.test_file_state what the tests of a file share
----@field update limax.golden_update|nil
+---@field update { reason: string|nil }|nil
 ---@field goldens table<string, string> the test that owns each golden of the file
 ---@field recorded table<string, boolean> goldens that this run has recorded
 ---@field shared table<string, any> shared fixtures by suite and name
 ---@field closing fun()[] end them
 
----@param update limax.golden_update|nil how goldens are recorded; nil: they are compared
+---@param update { reason: string|nil }|nil how goldens are recorded; nil: they are compared
 ---@return limax.test_file_state
 function context.file_state(update)
   return { update = update, goldens = {}, recorded = {}, shared = {}, closing = {} }

@@ -81,21 +81,6 @@ local function read(path)
   return record
 end
 
----@class limax.golden_request
----@field path string
----@field suite string
----@field test string
----@field name string
----@field values table
----@field class string of the tolerance
----@field rtol number
----@field atol number
----@field why string
----@field device string
-
----@class limax.golden_update
----@field reason string|nil why goldens change
-
 -- The worst differences, a line each.
 local function listed(differences)
   local lines = {}
@@ -145,8 +130,9 @@ local function record(request, values, old, update)
 end
 
 --- Compares with the recorded values, or records them.
----@param request limax.golden_request
----@param update limax.golden_update|nil if the user asked to record
+---@param request { path: string, suite: string, test: string, name: string, values: table,
+--- rtol: number, atol: number, why: string, device: string }
+---@param update { reason: string|nil }|nil if the user asked to record: why goldens change
 ---@return string|nil failure
 ---@return string|nil change what was recorded
 function golden.check(request, update)

@@ -176,14 +176,10 @@ local function count_active(running)
   return count
 end
 
----@class limax.test_processes_options
----@field jobs integer processes at a time
----@field choice limax.test_choice
----@field echo fun(text: string, is_error: boolean) prints what tests print themselves
-
 --- Runs a plan.
 ---@param plan limax.test_plan
----@param options limax.test_processes_options
+---@param options { jobs: integer, choice: limax.test_choice,
+--- echo: fun(text: string, is_error: boolean) } `echo` prints what tests print themselves
 ---@param take fun(event: limax.test_event)
 function processes.run_all(plan, options, take)
   local folder, problem = host.file.temporary()

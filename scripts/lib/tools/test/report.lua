@@ -56,28 +56,14 @@ local GREEN, RED, YELLOW = 34, 160, 136
 local WORDS = {
   passed = { "ok  ", GREEN }, failed = { "FAIL", RED }, skipped = { "skip", YELLOW },
 }
--- the slowest tests that are listed
-local SLOWEST = 10
 -- seconds; shorter times are not printed
 local NOTABLE = 0.1
-
-local function slowest_of(times)
-  table.sort(times, function(a, b) return a.seconds > b.seconds end)
-  local lines = {}
-  for i = 1, math.min(SLOWEST, #times) do
-    if times[i].seconds < NOTABLE then break end
-    lines[i] = ("%7.1f s  %s\n"):format(times[i].seconds, title(times[i]))
-  end
-  -- one line would repeat the one above
-  return #lines > 1 and "slowest:\n" .. table.concat(lines) .. "\n" or ""
-end
 
 --- Plain lines; the last is `N passed, N failed, N skipped`.
 ---@param quiet boolean|nil only failures, and the last line
 ---@param write fun(text: string)
 function report.plain(quiet, write, style)
   local current, shown
-  local results = {}
   -- of the command that runs again what failed; a file that does not load runs as a whole
   local failed_files, only, whole = {}, {}, false
 
@@ -105,7 +91,6 @@ function report.plain(quiet, write, style)
     end,
     test = function(result)
       if result.status == "failed" then failed(result) end
-      table.insert(results, result)
       if quiet and result.status ~= "failed" then return end
       show_file()
       local word = WORDS[result.status]
@@ -122,7 +107,6 @@ function report.plain(quiet, write, style)
     end,
     ["end"] = function(counts)
       if shown then write "\n" end
-      if not quiet then write(slowest_of(results)) end
       if failed_files[1] then
         write(("to run only what failed:\n  %s test %s%s\n\n"):format(shell.program(),
           table.concat(failed_files, " "), whole and "" or " " .. table.concat(only, " ")))

@@ -256,7 +256,7 @@ end
 
 --- Runs a plan in this process.
 ---@param plan limax.test_plan
----@param update limax.golden_update|nil
+---@param update { reason: string|nil }|nil see golden.lua
 ---@param take fun(event: limax.test_event) see report.lua
 function runner.run_all(plan, update, take)
   for _, entry in ipairs(plan.files) do
