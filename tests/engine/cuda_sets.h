@@ -40,6 +40,7 @@ inline simulation_setup setup_of(unsigned mask, int precision, int integrator,
         if (mask >> i & 1u) setup.scene.add(effect_entries()[i].name);
     return setup;
 }
+
 // A machine with a fake GPU on which no kernel may be loaded: the error names the kernel that was
 // asked for.
 class asking_machine {
@@ -55,11 +56,6 @@ public:
     // The kernel that steps robots of this setup.
     cuda::kernel_set step_of(const simulation_setup& setup,
                              cuda::kernel_form form = cuda::kernel_form::many) {
-        return asked_for(setup, form);
-    }
-
-private:
-    cuda::kernel_set asked_for(const simulation_setup& setup, cuda::kernel_form form) {
         const std::string text = failure(LIMAX_NO_DEVICE, [&] {
             cuda::load_kernels(setup, setup.scene.mask(), form, plans_, place_);
         });
@@ -72,6 +68,7 @@ private:
             text.substr(begin + before.size(), end - begin - before.size()));
     }
 
+private:
     environment_variable path_;
     fake_machine machine_;
     cuda::block_plans plans_;

@@ -69,18 +69,6 @@ inline bool same_bodies(const population& a, const population& b) {
            std::memcmp(a.bodies(), b.bodies(), sizeof(limax_body) * std::size_t(a.count())) == 0;
 }
 
-// Bit for bit.
-inline bool same_diversity(const limax_diversity& a, const limax_diversity& b) {
-    const auto same = [](double x, double y) {
-        return bits_as<uint64_t>(x) == bits_as<uint64_t>(y);
-    };
-    bool shares = true;
-    for (int m = 0; m < LIMAX_MAX_MATERIALS; ++m)
-        shares = shares && same(a.material_shares[m], b.material_shares[m]);
-    return shares && same(a.hamming, b.hamming) && same(a.genotype, b.genotype) &&
-           a.distinct == b.distinct && a.robots == b.robots;
-}
-
 inline std::vector<int32_t> some_pairs(int32_t children, int32_t parents) {
     std::vector<int32_t> pairs;
     pairs.reserve(2 * static_cast<std::size_t>(children));

@@ -9,27 +9,20 @@
 
 #include "backend/cpu/device.h"
 #include "backend/cpu/robot.h"
-#include "physics/ledger.h"
+#include "body/material.h"
 
 namespace limax::test {
 
-// The paper's materials, by index: 0 empty, 1 expanding, 2 contracting, 3 soft, 4 bone.
+// The paper's materials, by index: 0 empty, 1 expanding, 2 contracting, 3 soft, 4 bone. Weights may
+// take all of their stiffness.
 inline std::vector<limax_material> paper_materials() {
-    const double pi = 3.14159265358979323846;
-    const auto make = [](limax_material_kind kind, double stiffness, double amplitude,
-                         double phase) {
-        limax_material material{};
-        material.kind = kind;
-        material.stiffness = stiffness;
-        material.mass_per_site = 0.1;
-        material.damping_ratio = 0.1;
-        material.amplitude = amplitude;
-        material.phase = phase;
-        return material;
-    };
-    return {make(LIMAX_EMPTY, 0, 0, 0), make(LIMAX_EXPANDING, 2e3, 0.25, pi),
-            make(LIMAX_CONTRACTING, 2e3, 0.25, pi), make(LIMAX_PASSIVE, 1e3, 0, 0),
-            make(LIMAX_PASSIVE, 1e4, 0, 0)};
+    const auto table = material_table::load(LIMAX_SOURCE_DIR "/materials/paper.json");
+    std::vector<limax_material> materials;
+    for (int32_t i = 0; i < table.count(); ++i) {
+        materials.push_back(table.at(i));
+        materials.back().stiffness_floor = 0;
+    }
+    return materials;
 }
 
 inline limax_simulation_options default_options() {
@@ -89,24 +82,20 @@ struct stage {
             weight = 0.2f + 0.8f * static_cast<float>(draw() % 1000) / 999.0f;
         return *this;
     }
-    simulation_setup copy() const {
-        simulation_setup result;
-        result.options = setup.options;
-        result.scene = setup.scene;
-        result.materials = setup.materials;
-        result.grid = setup.grid;
-        result.count = setup.count;
-        result.voxels = array<uint8_t>(setup.voxels.size());
-        result.weights = array<float>(setup.weights.size());
-        std::copy(setup.voxels.begin(), setup.voxels.end(), result.voxels.begin());
-        std::copy(setup.weights.begin(), setup.weights.end(), result.weights.begin());
-        result.bodies = setup.bodies;
-        result.mask = setup.mask;
-        return result;
-    }
-    // The setup with bodies marked as checked.
+    // A copy of the setup whose bodies are marked as checked.
     simulation_setup checked() const {
-        simulation_setup ready = copy();
+        simulation_setup ready;
+        ready.options = setup.options;
+        ready.scene = setup.scene;
+        ready.materials = setup.materials;
+        ready.grid = setup.grid;
+        ready.count = setup.count;
+        ready.voxels = array<uint8_t>(setup.voxels.size());
+        ready.weights = array<float>(setup.weights.size());
+        std::copy(setup.voxels.begin(), setup.voxels.end(), ready.voxels.begin());
+        std::copy(setup.weights.begin(), setup.weights.end(), ready.weights.begin());
+        ready.bodies = setup.bodies;
+        ready.mask = setup.mask;
         const int32_t size[3] = {ready.grid.nx, ready.grid.ny, ready.grid.nz};
         for (int i = 0; i < ready.count; ++i) {
             const uint8_t* voxels = ready.voxels.data() + i * ready.grid.voxels();
@@ -147,36 +136,6 @@ inline trace_view trace_of(const simulation& simulation, int robot, int kind) {
     trace_view view{};
     simulation.trace(robot, kind, &view.data, &view.samples, &view.width);
     return view;
-}
-
-// The ledger of robot 0, J.
-struct energy_balance {
-    double start = 0, largest = 0;  // of all energies together
-    double in_contacts = 0;         // the largest
-    double error = 0;               // the largest difference of energies and works since the start
-    double share = 0;               // of the energy turned over: all works and the largest energy
-    double energy[ledger_energies] = {}, work[work_kinds] = {};  // at the end
-};
-inline energy_balance balance_of(const simulation& run) {
-    const trace_view ledger = trace_of(run, 0, LIMAX_TRACE_LEDGER);
-    energy_balance out;
-    double turned_over = 0;
-    for (int64_t sample = 0; sample < ledger.samples; ++sample) {
-        double energy = 0, works = 0;
-        for (int k = 0; k < ledger_energies; ++k) energy += out.energy[k] = ledger.at(sample, k);
-        for (int k = 0; k < work_kinds; ++k)
-            works += out.work[k] = ledger.at(sample, ledger_energies + k);
-        if (sample == 0) out.start = energy;
-        out.largest = std::max(out.largest, energy);
-        out.error = std::max(out.error, std::abs(energy - out.start - works));
-        out.in_contacts = std::max(out.in_contacts, out.energy[2]);
-        // only changes of the gravitational energy count
-        turned_over = std::max(turned_over, out.energy[0] + out.energy[1] + out.energy[2] +
-                                                std::abs(out.energy[3] - ledger.at(0, 3)));
-    }
-    for (const double work : out.work) turned_over += std::abs(work);
-    out.share = out.error / turned_over;
-    return out;
 }
 
 // Positions and velocities of a robot at its current time, [mass][3] each.

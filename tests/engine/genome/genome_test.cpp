@@ -9,31 +9,18 @@
 #include <string>
 #include <vector>
 
-#include "backend/cpu/passes.h"
 #include "base/array.h"
 #include "base/random.h"
 #include "failure.h"
 #include "genome/encoding.h"
 #include "genome/network.h"
+#include "robots.h"
 
 namespace {
 
 using limax::encoding;
 using limax::network_shape;
-
-limax_encoding_options defaults() {
-    limax_encoding_options options = {};
-    options.lattice[0] = options.lattice[1] = options.lattice[2] = 5;
-    options.features = 16;
-    options.sigma = 1;
-    options.hidden_count = 2;
-    options.hidden[0] = options.hidden[1] = 32;
-    options.materials = 5;
-    options.initial_scale = 1;
-    options.seed = 1;
-    options.repetition = 1;
-    return options;
-}
+using limax::test::defaults;
 
 std::vector<float> random_genome(const network_shape& shape, uint64_t seed, double scale) {
     std::vector<float> genome(static_cast<std::size_t>(shape.genes()));
@@ -99,13 +86,9 @@ std::vector<std::string> isas() {
     return names;
 }
 
-std::string refused(const limax_encoding_options& options) {
-    return limax::test::failure(LIMAX_INVALID_ARGUMENT, [&] { encoding code(options); });
-}
-
 }  // namespace
 
-TEST_CASE("B is normal with deviation sigma and depends only on seed and repetition") {
+TEST_CASE("B is normal with deviation sigma, and each of its rows depends only on the seed") {
     limax_encoding_options options = defaults();
     options.features = 1024;
     options.sigma = 3;
@@ -117,16 +100,11 @@ TEST_CASE("B is normal with deviation sigma and depends only on seed and repetit
     }
     CHECK(std::fabs(mean) < 5 * 3 / std::sqrt(3072.0));
     CHECK(std::fabs(square - 9) < 5 * 9 * std::sqrt(2.0 / 3072));
-
-    // the first rows do not depend on how many there are, nor on lattice and network
     options.features = 4;
     options.lattice[0] = 2;
     options.hidden_count = 0;
     const encoding fewer(options);
     CHECK(std::equal(fewer.matrix(), fewer.matrix() + 12, code.matrix()));
-    options.repetition = 2;
-    CHECK(encoding(options).matrix()[0] != code.matrix()[0]);
-    options.repetition = 1;
     options.seed = 2;
     CHECK(encoding(options).matrix()[0] != code.matrix()[0]);
 }
@@ -139,7 +117,7 @@ TEST_CASE("features are cosine and sine of 2 pi B v at the voxel centres, x fast
     options.sigma = 2.5;
     const encoding code(options);
     const double xs[4] = {-1, -1.0 / 3, 1.0 / 3, 1}, ys[3] = {-1, 0, 1};
-    for (int row = 0; row < 16; ++row)
+    for (int row = 0; row < 8; ++row)
         for (int y = 0; y < 3; ++y)
             for (int x = 0; x < 4; ++x) {
                 const double* b = code.matrix() + 3 * row;
@@ -147,65 +125,55 @@ TEST_CASE("features are cosine and sine of 2 pi B v at the voxel centres, x fast
                 const int voxel = x + 4 * y;
                 // rounding to float, and a little for the angle
                 CHECK(std::fabs(code.features()[row * 12 + voxel] - std::cos(angle)) < 0x1p-24);
-                CHECK(std::fabs(code.features()[(16 + row) * 12 + voxel] - std::sin(angle)) <
+                CHECK(std::fabs(code.features()[(8 + row) * 12 + voxel] - std::sin(angle)) <
                       0x1p-24);
             }
 }
 
-TEST_CASE("the number of genes follows from the layers") {
+TEST_CASE("the number of genes follows from the network") {
     limax_encoding_options options = defaults();
-    CHECK(encoding(options).genes() == 33 * 32 + 33 * 32 + 33 * 8);
-    options.hidden_count = 0;
-    CHECK(encoding(options).genes() == 33 * 8);
-    options.hidden_count = 1;
-    options.hidden[0] = 7;
-    options.features = 1;
-    options.materials = 2;
-    CHECK(encoding(options).genes() == 3 * 7 + 8 * 5);
-}
-
-TEST_CASE("genes and inputs of the other networks") {
-    limax_encoding_options options = defaults();
-    options.features = 0;  // ignored, as sigma
+    CHECK(encoding(options).genes() == 17 * 12 + 13 * 9 + 10 * 8);
     options.network = LIMAX_NETWORK_CPPN;
-    CHECK(encoding(options).genes() == 5 * 32 + 33 * 32 + 33 * 8);
-    options.lattice[0] = 3;
-    options.lattice[1] = 1;
-    const encoding code(options);
-    CHECK(code.matrix() == nullptr);
-    const double root5 = std::sqrt(1.25);  // of (1, 0, 0.5)
-    const int voxel = 2 + 3 * 3, voxels = 15;
-    const float expected[4] = {1, 0, 0.5f, float(root5)};
-    for (int i = 0; i < 4; ++i) CHECK(code.features()[i * voxels + voxel] == expected[i]);
-
+    options.features = 0;  // ignored
+    CHECK(encoding(options).genes() == 5 * 12 + 13 * 9 + 10 * 8);
     options.network = LIMAX_NETWORK_DIRECT;
-    CHECK(encoding(options).genes() == 8 * 15);
-    CHECK(encoding(options).features() == nullptr);
-    options.lattice[0] = 1000;
-    options.lattice[1] = 1000;
-    CHECK(refused(options).find(
-              "a direct genome of 40000000 genes: it may have at most 16777216") == 0);
-    options = defaults();
+    CHECK(encoding(options).genes() == 8 * 60);
     options.network = LIMAX_NETWORK_NONE;
-    CHECK(refused(options) == "genes is 0; it must be 1 to 16777216");
     options.genes = 42;
     CHECK(encoding(options).genes() == 42);
-    options.network = 4;
-    CHECK(refused(options) == "network is 4; it must be 0 to 3");
+}
+
+TEST_CASE("a CPPN reads the place of a voxel and its distance from the centre") {
+    limax_encoding_options options = defaults();
+    options.network = LIMAX_NETWORK_CPPN;
+    options.lattice[0] = 3;
+    options.lattice[1] = 1;
+    options.lattice[2] = 5;
+    const encoding code(options);
+    const int voxel = 2 + 3 * 3;
+    const float expected[4] = {1, 0, 0.5f, float(std::sqrt(1.25))};
+    for (int i = 0; i < 4; ++i) CHECK(code.features()[i * 15 + voxel] == expected[i]);
 }
 
 TEST_CASE("options out of range are named with their range") {
-    limax_encoding_options options = defaults();
-    options.features = 0;
-    CHECK(refused(options) == "features is 0; it must be 1 to 1024 rows of B");
-    options = defaults();
-    options.sigma = std::nan("");
-    CHECK(refused(options).find("sigma is nan") == 0);
-    options = defaults();
-    options.lattice[0] = options.lattice[1] = options.lattice[2] = 100000;
-    CHECK(limax::test::failure(LIMAX_OUT_OF_MEMORY, [&] {
-              encoding code(options);
-          }).find("an encoding of 16 features on a lattice of 100000x100000x100000") == 0);
+    const auto refused = [](const auto& change, limax_status status = LIMAX_INVALID_ARGUMENT) {
+        limax_encoding_options options = defaults();
+        change(options);
+        return limax::test::failure(status, [&] { encoding code(options); });
+    };
+    CHECK(refused([](auto& o) { o.features = 0; }) ==
+          "features is 0; it must be 1 to 1024 rows of B");
+    CHECK(refused([](auto& o) { o.sigma = std::nan(""); }).find("sigma is nan") == 0);
+    CHECK(refused([](auto& o) { o.network = 4; }) == "network is 4; it must be 0 to 3");
+    CHECK(refused([](auto& o) { o.network = LIMAX_NETWORK_NONE; }) ==
+          "genes is 0; it must be 1 to 16777216");
+    const auto huge = [](auto& o) { std::fill_n(o.lattice, 3, 100000); };
+    CHECK(refused(huge, LIMAX_OUT_OF_MEMORY)
+              .find("an encoding of 8 features on a lattice of 100000x100000x100000") == 0);
+    CHECK(refused([](auto& o) {
+              o.network = LIMAX_NETWORK_DIRECT;
+              o.lattice[0] = o.lattice[1] = 1000;
+          }).find("a direct genome of 24000000 genes: it may have at most 16777216") == 0);
 }
 
 TEST_CASE("every instruction set gives the bits of expressing one voxel after the other") {
@@ -285,7 +253,7 @@ TEST_CASE("equal logits choose the lower index; a NaN genome gives empty voxels 
         return std::all_of(got.voxels.begin(), got.voxels.end(), is(material)) &&
                std::all_of(got.weights.begin(), got.weights.end(), is(weight));
     };
-    float* const biases = genome.data() + 32 * 8;
+    float* const biases = genome.data() + 16 * 8;
     CHECK(all(0, 0.5f));
     biases[2] = biases[3] = biases[4] = 1;
     CHECK(all(2, 0.5f));

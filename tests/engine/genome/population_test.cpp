@@ -16,14 +16,6 @@
 using namespace limax::test;
 using limax::population;
 
-namespace {
-
-population robots_like(const limax_encoding_options& options, int32_t count) {
-    return population(options.lattice, count, code_of(options));
-}
-
-}  // namespace
-
 TEST_CASE("first genomes: weights N(0, scale^2 / inputs), biases 0, each robot its own") {
     limax_encoding_options options = defaults();
     options.initial_scale = 2;
@@ -57,54 +49,42 @@ TEST_CASE("first genomes: weights N(0, scale^2 / inputs), biases 0, each robot i
     CHECK(firsts.size() == 300);
 }
 
-TEST_CASE("a robot's first genome does not depend on the population's size or on the ranges") {
-    population whole = make(40), parts = make(40), few = make(7), other = make(40, 2);
+TEST_CASE("ranges, threads and the number of robots change no genome and no body") {
+    population whole = make(40), parts = make(40), few = make(7), later = make(40);
     whole.initialize(0, 0, 40, in_order);
     parts.initialize(0, 31, 9, scattered);
     parts.initialize(0, 0, 1, scattered);
     parts.initialize(0, 1, 30, scattered);
     few.initialize(0, 0, 7, in_order);
-    other.initialize(0, 0, 40, in_order);
+    later.initialize(1, 0, 40, in_order);
     CHECK(same_genomes(whole, parts));
     CHECK(std::memcmp(few.genomes(), whole.genomes(),
                       sizeof(float) * 7 * std::size_t(few.genes())) == 0);
-    CHECK_FALSE(same_genomes(whole, other));
-}
+    CHECK_FALSE(same_genomes(whole, later));  // each generation has new ones
 
-TEST_CASE("first genomes without layers are N(0, scale^2); each generation has new ones") {
-    limax_encoding_options options = defaults();
-    options.network = LIMAX_NETWORK_NONE;
-    options.genes = 500;
-    options.initial_scale = 3;
-    population robots = robots_like(options, 40), later = robots_like(options, 40);
-    robots.initialize(0, 0, 40, in_order);
-    double square = 0;
-    for (int k = 0; k < 20000; ++k) square += robots.genomes()[k] * robots.genomes()[k];
-    CHECK(std::fabs(square / 20000 - 9) < 5 * 9 * std::sqrt(2.0 / 20000));
-    later.initialize(1, 0, 40, in_order);
-    CHECK_FALSE(same_genomes(robots, later));
-    later.initialize(0, 0, 40, in_order);
-    CHECK(same_genomes(robots, later));
-    CHECK(refused([&] { express_all(robots); }).find("genomes of network \"none\"") == 0);
-}
-
-TEST_CASE("expression gives the same bodies in ranges, on threads, and for a single robot") {
-    population whole = make(40), parts = make(40), one = make(1);
-    whole.initialize(0, 0, 40, in_order);
-    parts.initialize(0, 0, 40, in_order);
-    express_all(whole);
     const auto pass = limax::cpu::choose_passes("baseline").express;
+    express_all(whole);
+    express_all(few);
     parts.express(paper(), {false, true}, pass, scattered, 0, 17);
     for (int32_t robot = 17; robot < 40; ++robot)
         CHECK(parts.bodies()[robot].status == LIMAX_BODY_UNKNOWN);
     parts.express(paper(), {false, true}, pass, scattered, 17, 23);
     CHECK(same_bodies(whole, parts));
+    CHECK(std::memcmp(few.voxels(), whole.voxels(), 7 * 60) == 0);
+    CHECK(few.bodies()[6].hash == whole.bodies()[6].hash);
+}
 
-    std::memcpy(one.genomes(), whole.genomes() + 23 * whole.genes(),
-                sizeof(float) * std::size_t(one.genes()));
-    express_all(one);
-    CHECK(std::memcmp(one.voxels(), whole.voxels() + 23 * 60, 60) == 0);
-    CHECK(one.bodies()[0].hash == whole.bodies()[23].hash);
+TEST_CASE("genomes without layers are first N(0, scale^2), and are not expressed") {
+    limax_encoding_options options = defaults();
+    options.network = LIMAX_NETWORK_NONE;
+    options.genes = 500;
+    options.initial_scale = 3;
+    population robots(options.lattice, 40, code_of(options));
+    robots.initialize(0, 0, 40, in_order);
+    double square = 0;
+    for (int k = 0; k < 20000; ++k) square += robots.genomes()[k] * robots.genomes()[k];
+    CHECK(std::fabs(square / 20000 - 9) < 5 * 9 * std::sqrt(2.0 / 20000));
+    CHECK(refused([&] { express_all(robots); }).find("genomes of network \"none\"") == 0);
 }
 
 TEST_CASE("bodies without a voxel, or without a required muscle, are invalid with a reason") {
@@ -184,6 +164,30 @@ TEST_CASE("children in ranges, on threads and in pieces are the children bred at
                                                            first[gene], second[gene]);
             REQUIRE(whole.genomes()[child * genes + gene] == expected);
         }
+    }
+}
+
+TEST_CASE("crossover and mutation are independent of each other") {
+    const limax::random_key key{42, 1, 3, 7, 11};
+    constexpr uint32_t count = 200000;
+    uint32_t crossed = 0, mutated = 0, both = 0;
+    for (uint32_t gene = 0; gene < count; ++gene) {
+        const float got = limax::child_gene({0.3, 0.1, 0.4}, key, gene, 0.0f, 1000.0f);
+        const bool second = got > 500, changed = got != 0.0f && got != 1000.0f;
+        crossed += second;
+        mutated += changed;
+        both += second && changed;
+    }
+    // within five standard errors
+    for (const auto& [seen, share] :
+         {std::pair{mutated, 0.3}, std::pair{crossed, 0.4}, std::pair{both, 0.12}})
+        CHECK(std::fabs(double(seen) / count - share) < 5 * std::sqrt(share * (1 - share) / count));
+    // a mutation is added in double and rounded once
+    for (uint32_t gene = 0; gene < 2000; ++gene) {
+        const float parent = 1.7f;
+        const double deviate = limax::random_normal(key, 2 * gene + 1);
+        REQUIRE(limax::child_gene({1, 0.3, 0}, key, gene, parent, 9.0f) ==
+                static_cast<float>(std::fma(0.3, deviate, double(parent))));
     }
 }
 

@@ -1,5 +1,5 @@
-// isolation_test.cpp: threads, slices and the instruction set do not change a robot's bits.
-// Neighbours are tested by tests/suites/engine/same_bits.lua.
+// isolation_test.cpp: threads and the instruction set do not change a robot's bits. Slices and
+// neighbours are tested by tests/suites/engine/same_bits.lua.
 #include <doctest/doctest.h>
 
 #include <cstring>
@@ -46,18 +46,6 @@ TEST_CASE("one thread or three: the same bits") {
     const stage bodies = walkers(7);
     const auto one = bodies.run(1), three = bodies.run(3);
     for (int i = 0; i < 7; ++i) CHECK(same_bits(*one, i, *three, i));
-}
-
-TEST_CASE("one slice or many: the same bits") {
-    for (const int precision : every_precision)
-        for (const int integrator : {LIMAX_LEAPFROG, LIMAX_RK4}) {
-            const stage bodies = walkers(2, precision, integrator);
-            const auto whole = bodies.run();
-            auto sliced = bodies.open();
-            for (int64_t steps = 1; !sliced->advance(0, steps).finished; steps = steps % 37 + 1) {
-            }
-            for (int i = 0; i < 2; ++i) CHECK(same_bits(*whole, i, *sliced, i));
-        }
 }
 
 TEST_CASE("every instruction set that this processor runs: the same bits") {

@@ -32,14 +32,6 @@ void check_registers(const scripted::program& law) {
 
 }  // namespace
 
-TEST_CASE("a law is compiled to operations on earlier registers") {
-    const scripted::program law = scripted::compile(
-        "law", "vec d = centre - x; real r = length(d); f = r > 1 ? k * d / r : cross(v, d);",
-        parameters);
-    check_registers(law);
-    CHECK(law.constants.size() == 6);  // 0, the parameters, 1
-}
-
 TEST_CASE("any text gives a program or an error that names a line") {
     const std::string pieces[] = {
         "f",  "x", "v",    "m",  "t",  "k",   "centre", "=",  "+=", ";",   "(",    ")",
@@ -67,22 +59,4 @@ TEST_CASE("any text gives a program or an error that names a line") {
     }
     CHECK(programs > 100);
     CHECK(errors > 100);
-}
-
-TEST_CASE("the order of scripted effects does not matter, a repeated name is refused") {
-    scene one, other;
-    const double bound[2] = {3, 0.5};
-    one.add_script("a", "f = x;", {}, bound);
-    one.add_script("b", "f = v;", {}, bound);
-    other.add_script("b", "f = v;", {}, bound);
-    other.add_script("a", "f = x;", {}, bound);
-    for (int i = 0; i < 2; ++i) CHECK(one.scripts()[i].name == other.scripts()[i].name);
-    CHECK(one.script_bound().stiffness == 6);
-    CHECK(one.script_bound().damping == 1);
-    CHECK_THROWS_WITH_AS(one.add_script("a", "f = x;", {}, bound),
-                         "scene: effect 'a' is named twice", error);
-    CHECK_THROWS_AS(one.add_script("gravity", "f = x;", {}, bound), error);
-    CHECK_THROWS_AS(one.add_script("c", "f = x;", {{"k", 2, {1, 2, 3}}}, bound), error);
-    CHECK_THROWS_AS(one.add_script("c", "f = x;", {{"k", 1, {__builtin_nan(""), 0, 0}}}, bound),
-                    error);
 }

@@ -80,14 +80,6 @@ cuda::scene_values values_of(const scene& scene) {
     return values;
 }
 
-// Numbers from -1 to 1, the same for the same seed.
-struct numbers {
-    uint32_t state = 3;
-    double operator()() {
-        return double((state = state * 1664525u + 1013904223u) >> 8) / double(1 << 23) - 1;
-    }
-};
-
 // Columns of masses along each axis, and the view of them that the passes take.
 struct mass_columns {
     enum { position, velocity, next_velocity, predicted, force, columns };
@@ -245,7 +237,7 @@ TEST_CASE("a kernel gives every mass the same velocity as the passes") {
     // states of a mass in use, but for the last, at places relative to the origin
     constexpr int count = 64;
     constexpr double h = 1e-4;
-    numbers draw;
+    draws draw{3};
     mass_columns masses(count);
     for (int axis = 0; axis < 3; ++axis) {
         for (std::vector<double>& column : masses.of[axis])
@@ -283,7 +275,7 @@ TEST_CASE("a kernel moves the block as the CPU does") {
     expected.follow(origin, world);
     kernel_block block(scene, start);
 
-    numbers draw;
+    draws draw{3};
     std::size_t met = 0;
     for (int step = 0; step < 30; ++step) {
         CAPTURE(step);
