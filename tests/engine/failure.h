@@ -1,4 +1,5 @@
-// failure.h: the message of an expected error, whose status is checked.
+// failure.h: the message of an expected error, whose status is checked, and whether it contains a
+// text.
 #pragma once
 
 #include <doctest/doctest.h>
@@ -23,6 +24,10 @@ std::string failure(limax_status status, const Body& body) {
 template <class Body>
 std::string refused(const Body& body) {
     return failure(LIMAX_INVALID_ARGUMENT, body);
+}
+
+inline bool contains(const std::string& text, const std::string& part) {
+    return text.find(part) != std::string::npos;
 }
 
 }  // namespace limax::test

@@ -1,13 +1,11 @@
 // build_test.cpp: what only the compiler or the text of the sources can show.
 #include <doctest/doctest.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <functional>
-#include <iterator>
 #include <map>
 #include <set>
 #include <sstream>
@@ -41,16 +39,6 @@ const std::string compiler = LIMAX_CXX_COMPILER;
 const std::string flags =
     " -std=c++20 -Wall -Wextra -Werror -ffp-contract=off -I" + root + "/engine ";
 
-// Names of the law headers below engine/, sorted: the list of kernels.cmake and the effects.
-std::vector<std::string> law_headers() {
-    std::istringstream list(LIMAX_LAW_TEXTS);
-    std::vector<std::string> names(std::istream_iterator<std::string>(list), {});
-    for (const auto& entry : fs::directory_iterator(root + "/engine/physics/effects"))
-        names.push_back("physics/effects/" + entry.path().filename().string());
-    std::sort(names.begin(), names.end());
-    return names;
-}
-
 bool is_gcc() {
     return run(compiler + " --version").output.find("Free Software Foundation") !=
            std::string::npos;
@@ -71,8 +59,6 @@ std::set<int> marked_loops(const std::string& path) {
     return lines;
 }
 
-const std::string kernels = "backend/cuda/kernels";
-
 // The rooms of the C++ code, and which others each may include. Everyone may include limax.h.
 const std::map<std::string, std::set<std::string>> rooms = {
     {"base", {}},
@@ -81,16 +67,18 @@ const std::map<std::string, std::set<std::string>> rooms = {
     {"physics", {"base", "body"}},
     {"backend", {"base", "body", "genome", "physics", "backend/cpu", "backend/cuda/run"}},
     {"backend/cpu", {"base", "body", "genome", "physics", "backend"}},
-    {kernels, {"base", "body", "genome", "physics"}},
+    {"backend/cuda/kernels", {"base", "body", "genome", "physics"}},
     {"backend/cuda/driver", {"base"}},
     {"backend/cuda/plan",
-     {"base", "body", "genome", "physics", "backend", kernels, "backend/cuda/driver"}},
+     {"base", "body", "genome", "physics", "backend", "backend/cuda/kernels",
+      "backend/cuda/driver"}},
     {"backend/cuda/run",
-     {"base", "body", "genome", "physics", "backend", kernels, "backend/cuda/driver",
+     {"base", "body", "genome", "physics", "backend", "backend/cuda/kernels", "backend/cuda/driver",
       "backend/cuda/plan"}},
     {"api", {"base", "body", "genome", "physics", "backend"}},
     {"bench",
-     {"base", "body", "genome", "physics", "backend", "api", kernels, "backend/cuda/driver"}},
+     {"base", "body", "genome", "physics", "backend", "api", "backend/cuda/kernels",
+      "backend/cuda/driver"}},
     {"bindings/host", {}}};
 
 // A file as #include names it: below engine/, or in the folder of the file that includes it.
@@ -203,21 +191,6 @@ TEST_CASE("includes follow the order of the rooms and form no cycle") {
     };
     for (const auto& [name, lines] : std::map(includes))
         if (finished.count(name) == 0) visit(name);
-}
-
-TEST_CASE("laws and kernels include only laws, and only portable.h a header of std") {
-    const std::vector<std::string> laws = law_headers();
-    CHECK(laws.size() >= 15);
-    std::vector<std::string> texts = laws;
-    for (const auto& entry : fs::directory_iterator(root + "/engine/" + kernels))
-        texts.push_back(kernels + "/" + entry.path().filename().string());
-    for (const std::string& text : texts)
-        for (const include_line& line : includes_of("engine/" + text)) {
-            CAPTURE(line.place);
-            CHECK((text == "base/portable.h" ||
-                   std::binary_search(laws.begin(), laws.end(), line.name) ||
-                   (room_of(text) == kernels && room_of(line.name) == kernels)));
-        }
 }
 
 TEST_CASE("the effect that engine/README.md shows is a whole one") {

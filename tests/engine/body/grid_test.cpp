@@ -1,5 +1,5 @@
-// grid_test.cpp: the largest component of a body, its description against the lattice's rule, and
-// its hash.
+// grid_test.cpp: the largest component of a body, its masses and springs against the lattice's
+// rule, and its hash. Values of springs are tested in tests/suites/engine/physics.lua.
 #include "body/grid.h"
 
 #include <doctest/doctest.h>
@@ -10,8 +10,10 @@
 #include <vector>
 
 #include "body/body_laws.h"
+#include "stage.h"
 
 using namespace limax;
+using namespace limax::test;
 
 TEST_CASE("only the largest face-connected component stays") {
     component_search search;
@@ -72,21 +74,6 @@ TEST_CASE("a body is described: counts, extent, masses and springs") {
     CHECK(body.springs == 28 + 28 - 6);  // the shared face: four edges, two diagonals
 }
 
-TEST_CASE("owners around a site follow the lattice rule") {
-    const lattice grid{3, 3, 3};
-    for (int number = -1; number < direction_count; ++number) {
-        const direction d = number < 0 ? direction{0, 0, 0} : direction_at(number);
-        int expected = 0;
-        // from the site in the middle, whose voxels all exist
-        for_each_owner(grid, 1, 1, 1, d, [&](int64_t voxel) {
-            const int i = int(voxel % 3), j = int(voxel / 3 % 3), k = int(voxel / 9);
-            expected |= 1 << (i + 2 * j + 4 * k);
-        });
-        CAPTURE(number);
-        CHECK(owners_around(d) == expected);
-    }
-}
-
 TEST_CASE("counts by owners around sites agree with count_masses and count_springs") {
     std::mt19937 random(5);
     struct example {
@@ -112,6 +99,44 @@ TEST_CASE("counts by owners around sites agree with count_masses and count_sprin
         const int32_t size[3] = {grid.nx, grid.ny, grid.nz};
         CHECK(masses == count_masses(size, voxels.data()));
         CHECK(springs == count_springs(size, voxels.data()));
+    }
+}
+
+TEST_CASE("single masses and springs have the bits of the body's columns") {
+    for (uint32_t seed = 1; seed <= 12; ++seed) {
+        stage random(lattice{3, 2, 4});
+        random.randomize(seed, true);
+        for (limax_material& material : random.setup.materials) material.stiffness_floor = 0.3;
+        random.setup.options.sharing = seed % 2 ? LIMAX_SHARING_SUM : LIMAX_SHARING_MEAN;
+        const spring_body body = random.body();
+        std::vector<material_law> materials;
+        for (const limax_material& material : random.setup.materials)
+            materials.push_back(law_of(material));
+        const voxel_body law{
+            random.setup.grid,           random.setup.voxels.data(),
+            random.setup.weights.data(), materials.data(),
+            random.setup.options.edge,   random.setup.options.sharing == LIMAX_SHARING_SUM};
+        // in reverse order, each from the voxels only
+        int different = 0, springs = 0;
+        for (int number = direction_count - 1; number >= 0; --number)
+            for (int64_t site = law.grid.sites() - 1; site >= 0; --site) {
+                const int x = int(site % (law.grid.nx + 1)),
+                          y = int(site / (law.grid.nx + 1) % (law.grid.ny + 1)),
+                          z = int(site / (law.grid.nx + 1) / (law.grid.ny + 1));
+                const direction d = direction_at(number);
+                const spring_parameters spring =
+                    spring_between(law, x, y, z, d, site_mass(law, x, y, z),
+                                   site_mass(law, x + d.x, y + d.y, z + d.z),
+                                   [&](int64_t voxel) { return share_of(law, voxel); });
+                const int64_t slot = number * body.count + site;
+                springs += spring.owned;
+                different += site_mass(law, x, y, z) != body.mass[site] ||
+                             spring.stiffness != body.stiffness[slot] ||
+                             spring.damping != body.damping[slot] ||
+                             spring.sine != body.sine[slot] || spring.cosine != body.cosine[slot];
+            }
+        CHECK(different == 0);
+        CHECK(springs == body.springs);
     }
 }
 

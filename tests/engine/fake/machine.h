@@ -1,4 +1,5 @@
-// machine.h: a machine with the fake driver, for one test.
+// machine.h: a machine with the fake driver, for one test, at whose end everything must be
+// released.
 #pragma once
 
 #include <doctest/doctest.h>
@@ -21,23 +22,22 @@ struct fake_machine {
         *fake = start;
         api = cuda::driver::open(LIMAX_FAKE_DRIVER, &why);
     }
-    void fail_next(const char* function, CUresult result) const {
-        fake->failing = function;
-        fake->result = result;
-    }
+    fake_machine(const fake_machine&) = delete;
     // Everything was released, and no call was made without a context.
-    void check_given_back() const {
-        CHECK(fake->contexts == 0);
-        CHECK(fake->streams == 0);
-        CHECK(fake->events == 0);
-        CHECK(fake->modules == 0);
-        CHECK(fake->host_blocks == 0);
+    ~fake_machine() {
+        for (const int owned :
+             {fake->contexts, fake->streams, fake->events, fake->modules, fake->host_blocks})
+            CHECK(owned == 0);
         CHECK(fake->held == 0);
         CHECK(fake->calls_without_context == 0);
         CHECK(cuda::gpu_bytes_held() == 0);
         CUcontext current = nullptr;
-        api->ctx_get_current(&current);
+        if (api) api->ctx_get_current(&current);
         CHECK(current == nullptr);
+    }
+    void fail_next(const char* function, CUresult result) const {
+        fake->failing = function;
+        fake->result = result;
     }
 
     cuda::shared_library library;

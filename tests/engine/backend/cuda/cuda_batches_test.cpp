@@ -3,7 +3,6 @@
 // nothing, so that robots stay where they are placed.
 #include <algorithm>
 #include <memory>
-#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -38,23 +37,17 @@ struct fake_gpus {
     }
     simulation_setup setup() const {
         stage bodies(cube, robots);
-        bodies.setup = setup_of(walking_effects, LIMAX_COMPENSATED, LIMAX_LEAPFROG, cube);
-        stage full(cube, robots);
-        full.setup.scene = bodies.setup.scene;
-        full.setup.options = bodies.setup.options;
-        full.setup.options.time_step = 1e-4;
-        return full.checked();
+        bodies.setup.scene =
+            setup_of(walking_effects, LIMAX_COMPENSATED, LIMAX_LEAPFROG, cube).scene;
+        bodies.setup.options.precision = LIMAX_COMPENSATED;
+        bodies.setup.options.time_step = 1e-4;
+        return bodies.checked();
     }
     // A simulation of some robots, of all where none are listed.
     std::unique_ptr<simulation> make(simulation_setup setup, const std::vector<int>& which = {}) {
         if (!which.empty()) std::fill_n(setup.mask.begin(), robots, 0);
         for (const int robot : which) setup.mask[robot] = 1;
         return cuda::make_simulation(std::move(setup), team);
-    }
-    // Ends the GPUs' use, once the robots are gone.
-    void check_given_back() {
-        team->places().clear();
-        machine.check_given_back();
     }
 
     environment_variable origins;
@@ -97,98 +90,83 @@ TEST_CASE("robots that do not fit on a GPU run in batches with the same results"
         most.set(budget.of_limax);
         fake_gpus on(budget.memory);
         const std::size_t room = std::min(budget.memory, std::size_t(240000));
-        {
-            const auto some = on.make(on.setup());
-            put_all(*some);
-            CHECK(on.machine.fake->held > least_of_robot);
-            CHECK(on.machine.fake->held <= room);
-            check_places(*some);
-            // each batch is prepared and does its steps; one was on the GPU
-            const int before = on.machine.fake->launches;
-            some->advance(0, 3);
-            CHECK(on.machine.fake->launches - before >= 2 + 1);
-            check_places(*some);
-        }
-        on.check_given_back();
+        const auto some = on.make(on.setup());
+        put_all(*some);
+        CHECK(on.machine.fake->held > least_of_robot);
+        CHECK(on.machine.fake->held <= room);
+        check_places(*some);
+        // each batch is prepared and does its steps; one was on the GPU
+        const int before = on.machine.fake->launches;
+        some->advance(0, 3);
+        CHECK(on.machine.fake->launches - before >= 2 + 1);
+        check_places(*some);
     }
 }
 
 TEST_CASE("a robot that was refused at any allocation runs once when there is room") {
     if (!kernels_available()) return;
     fake_gpus on(100000000);
-    {
-        int refused = 0;
-        for (bool woken = false; !woken; ++refused) {
-            REQUIRE(refused < 100);
-            CAPTURE(refused);
-            simulation_setup setup = on.setup();
-            setup.options.record[LIMAX_TRACE_CENTER_OF_MASS] = 50;
-            const auto some = on.make(std::move(setup), {4});
-            on.team->places().front()->gpu.free_kept();
-            on.machine.fake->allocations_left = refused;
-            try {
-                some->describe();
-                woken = true;
-            } catch (const error& problem) {
-                CHECK(problem.status() == LIMAX_OUT_OF_MEMORY);
-                CHECK(cuda::gpu_bytes_held() == 0);
-            }
-            on.machine.fake->allocations_left = -1;
-            some->advance(0, 1);
-            CHECK(on.machine.fake->blocks == 1);
+    int refused = 0;
+    for (bool woken = false; !woken; ++refused) {
+        REQUIRE(refused < 100);
+        CAPTURE(refused);
+        simulation_setup setup = on.setup();
+        setup.options.record[LIMAX_TRACE_CENTER_OF_MASS] = 50;
+        const auto some = on.make(std::move(setup), {4});
+        on.team->places().front()->gpu.free_kept();
+        on.machine.fake->allocations_left = refused;
+        try {
+            some->describe();
+            woken = true;
+        } catch (const error& problem) {
+            CHECK(problem.status() == LIMAX_OUT_OF_MEMORY);
+            CHECK(cuda::gpu_bytes_held() == 0);
         }
-        // records, springs, state, the plan, traces
-        CHECK(refused > 5);
+        on.machine.fake->allocations_left = -1;
+        some->advance(0, 1);
+        CHECK(on.machine.fake->blocks == 1);
     }
-    on.check_given_back();
+    // records, springs, state, the plan, traces
+    CHECK(refused > 5);
 }
 
 TEST_CASE("a robot that no GPU has room for is refused, and nothing is lost") {
     if (!kernels_available()) return;
     fake_gpus on(least_of_robot / 2);
-    {
-        const auto some = on.make(on.setup(), {0, 3, 5});
-        const std::string text = failure(LIMAX_OUT_OF_MEMORY, [&] { some->describe(); });
-        CHECK(text.find("of 1 robots: ") != std::string::npos);
-        CHECK(cuda::gpu_bytes_held() == 0);
-    }
-    on.check_given_back();
+    const auto some = on.make(on.setup(), {0, 3, 5});
+    const std::string text = failure(LIMAX_OUT_OF_MEMORY, [&] { some->describe(); });
+    CHECK(text.find("of 1 robots: ") != std::string::npos);
+    CHECK(cuda::gpu_bytes_held() == 0);
 }
 
 TEST_CASE("steps are sent to a GPU once, and collected by what needs them or at the end") {
     if (!kernels_available()) return;
     fake_gpus on(100000000);
-    {
-        const auto some = on.make(on.setup());
-        put_all(*some);
-        const int before = on.machine.fake->launches;
-        some->enqueue(0.1);
-        const int sent = on.machine.fake->launches;
-        CHECK(sent > before);
-        some->enqueue(0.1);
-        CHECK(on.machine.fake->launches == sent);
-        check_places(*some);
-        some->enqueue(0.1);
-        CHECK(on.machine.fake->launches > sent);
-    }
-    on.check_given_back();
+    const auto some = on.make(on.setup());
+    put_all(*some);
+    const int before = on.machine.fake->launches;
+    some->enqueue(0.1);
+    const int sent = on.machine.fake->launches;
+    CHECK(sent > before);
+    some->enqueue(0.1);
+    CHECK(on.machine.fake->launches == sent);
+    check_places(*some);
+    some->enqueue(0.1);
+    CHECK(on.machine.fake->launches > sent);
 }
 
 TEST_CASE("GPUs share the robots, and what one of them refuses is raised") {
     if (!kernels_available()) return;
     fake_gpus on(100000000, 3);
-    {
-        const auto simulation = on.make(on.setup());
-        put_all(*simulation);
-        check_places(*simulation);
-        const int before = on.machine.fake->launches;
-        CHECK_FALSE(simulation->advance(0, 2).finished);
-        CHECK(on.machine.fake->launches - before == 3);
-        on.machine.fail_next("cuLaunchKernelEx", CUDA_ERROR_ILLEGAL_ADDRESS);
-        CHECK(failure(LIMAX_INTERNAL, [&] {
-                  simulation->advance(0, 1);
-              }).find("stepping robots of 5x5x5 voxels with springs") != std::string::npos);
-        CHECK_FALSE(simulation->advance(0, 1).finished);
-    }
-    on.check_given_back();
+    const auto simulation = on.make(on.setup());
+    put_all(*simulation);
+    check_places(*simulation);
+    const int before = on.machine.fake->launches;
+    CHECK_FALSE(simulation->advance(0, 2).finished);
+    CHECK(on.machine.fake->launches - before == 3);
+    on.machine.fail_next("cuLaunchKernelEx", CUDA_ERROR_ILLEGAL_ADDRESS);
+    CHECK(failure(LIMAX_INTERNAL, [&] {
+              simulation->advance(0, 1);
+          }).find("stepping robots of 5x5x5 voxels with springs") != std::string::npos);
+    CHECK_FALSE(simulation->advance(0, 1).finished);
 }

@@ -66,6 +66,12 @@ void check_spills(const compiler& nvrtc, const kernel_set& set, const std::strin
     CHECK(spilled(nvrtc, set, architecture) <= most_spilled);
 }
 
+void check_built(const kernel_set& set) {
+    const auto& sets = cuda::ahead_of_time_sets();
+    CAPTURE(set.title());
+    CHECK(std::count(sets.begin(), sets.end(), set) == 1);
+}
+
 // The set of another file of kernels/ that serves the scene of `set`.
 kernel_set of_scene(const char* entry, const kernel_set& set) {
     kernel_set serving{entry, {}};
@@ -104,40 +110,31 @@ TEST_CASE("without a compiler the common scenes have a kernel for every lattice"
             const kernel_set set =
                 machine.step_of(setup_of(walking_effects, precision, LIMAX_LEAPFROG, grid),
                                 cuda::kernel_form::any_lattice);
-            CAPTURE(set.title());
             CHECK(for_any_lattice(set));
-            const auto& sets = cuda::ahead_of_time_sets();
-            CHECK(std::count(sets.begin(), sets.end(), set) == 1);
+            check_built(set);
         }
 }
 
 TEST_CASE("kernels that are needed between steps are built with limax") {
-    const auto built = [](const kernel_set& set) {
-        const auto& sets = cuda::ahead_of_time_sets();
-        CAPTURE(set.title());
-        CHECK(std::count(sets.begin(), sets.end(), set) == 1);
-    };
     for (const kernel_set& set : cuda::ahead_of_time_sets())
-        if (steps_robots(set)) built(of_scene("prepare", set));
+        if (steps_robots(set)) check_built(of_scene("prepare", set));
     for (const char* entry : {"express", "describe", "breed", "diversity", "summarize"})
-        built({entry, {}});
+        check_built({entry, {}});
 }
 
 TEST_CASE("scripted effects are compiled into the step kernels") {
     asking_machine machine;
-    for (const int precision : {LIMAX_COMPENSATED, LIMAX_DOUBLE}) {
-        simulation_setup setup = setup_of(walking_effects, precision, LIMAX_LEAPFROG, {5, 5, 5});
-        CHECK(machine.step_of(setup).defines.count("LIMAX_SCRIPTED") == 0);
-        const double bound[2] = {20, 0};
-        setup.scene.add_script("pull", "f = k * (vec(0, 0, sin(t)) - x) - exp(-m) * v;",
-                               {{"k", 1, {3, 0, 0}}}, bound);
-        for (const cuda::kernel_form form :
-             {cuda::kernel_form::many, cuda::kernel_form::any_lattice}) {
-            const kernel_set set = machine.step_of(setup, form);
-            CHECK(set.defines.count("LIMAX_SCRIPTED") == 1);
-            const compiler* nvrtc = found_compiler();
-            if (nvrtc) CHECK(!compiled(*nvrtc, set, "compute_90").empty());
-        }
+    simulation_setup setup =
+        setup_of(walking_effects, LIMAX_COMPENSATED, LIMAX_LEAPFROG, {5, 5, 5});
+    CHECK(machine.step_of(setup).defines.count("LIMAX_SCRIPTED") == 0);
+    const double bound[2] = {20, 0};
+    setup.scene.add_script("pull", "f = k * (vec(0, 0, sin(t)) - x) - exp(-m) * v;",
+                           {{"k", 1, {3, 0, 0}}}, bound);
+    for (const cuda::kernel_form form : {cuda::kernel_form::many, cuda::kernel_form::any_lattice}) {
+        const kernel_set set = machine.step_of(setup, form);
+        CHECK(set.defines.count("LIMAX_SCRIPTED") == 1);
+        const compiler* nvrtc = found_compiler();
+        if (nvrtc) CHECK(!compiled(*nvrtc, set, "compute_90").empty());
     }
 }
 
@@ -180,8 +177,7 @@ TEST_CASE("all effects together, some several times, compile on both paths") {
                 simulation_setup setup = setup_of(every_effect, precision, integrator, grid);
                 for (const char* more : {"planes", "spheres", "boxes", "boxes"})
                     setup.scene.add(more);
-                asking_machine machine;
-                const kernel_set set = machine.step_of(setup);
+                const kernel_set set = asking_machine().step_of(setup);
                 CHECK(set.entry == (grid.nx == 5 ? "step" : "grid"));
                 CHECK(uint64_t(std::stoull(set.defines.at("LIMAX_INSTANCES"))) ==
                       cuda::instances_code(setup.scene));
