@@ -1,5 +1,4 @@
-// block_test.cpp: closed forms of a rigid block that turns, slides and sticks. How a body moves it
-// is tested in tests/suites/engine/physics.lua and tests/suites/hard/effects.lua.
+// block_test.cpp: closed forms of a rigid block that turns, slides, sticks and is pushed.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -47,6 +46,48 @@ vector<double> turning_of(const block_state& block, const vector<double>& inerti
 }
 
 }  // namespace
+
+TEST_CASE("forces between a body and a block conserve momentum and angular momentum") {
+    for (const int precision : every_precision) {
+        stage world({3, 2, 2}, 1, 3);
+        world.effects({"damping", "block"}).set("block", "position", {0.4, 0.05, 0.05});
+        world.set("block", "size", {0.2, 0.3, 0.4}).set("block", "spin", {0.5, -1, 2});
+        world.setup.options.precision = precision;
+        world.setup.options.velocity[0] = 2.0;
+        const auto simulation = world.open();
+        const spring_body body = world.body();
+        const effects::block::params<double> law = effects::block::make<double>(
+            world.setup.scene.values(effects::index_of<effects::block>), nullptr);
+        const vector<double> inertia = inertia_of_box(law.half, law.mass);
+        const auto momenta = [&](vector<double>& linear, vector<double>& angular) {
+            const snapshot now = state_of(*simulation);
+            linear = angular = {0, 0, 0};
+            for (int32_t i = 0; i < body.masses; ++i) {
+                const double m = body.mass[body.sites[i]];
+                const double *x = now.positions.data() + 3 * i, *v = now.velocities.data() + 3 * i;
+                linear = plus(linear, m, {v[0], v[1], v[2]});
+                angular = plus(angular, m, cross({x[0], x[1], x[2]}, {v[0], v[1], v[2]}));
+            }
+            const block_state block = block_of(*simulation);
+            linear = plus(linear, law.mass, block.velocity);
+            angular = plus(angular, law.mass, cross(block.place, block.velocity));
+            angular = plus(angular, 1.0, turning_of(block, inertia));
+        };
+        vector<double> linear, angular, linear_end, angular_end;
+        momenta(linear, angular);
+        stage::finish(*simulation);
+        REQUIRE(simulation->outcomes()[0].status == LIMAX_ROBOT_DONE);
+        momenta(linear_end, angular_end);
+        const block_state end = block_of(*simulation);
+        CHECK(end.velocity.x > 0.5);  // it was hit
+        // single precision rounds the masses' velocities at every step, the others their springs
+        const double most = precision == LIMAX_SINGLE   ? 2e-5
+                            : precision == LIMAX_DOUBLE ? 1e-12
+                                                        : 2e-7;
+        CHECK(length(plus(linear_end, -1, linear)) < most);
+        CHECK(length(plus(angular_end, -1, angular)) < most);
+    }
+}
 
 TEST_CASE("a free block conserves angular momentum, and energy to second order") {
     double off[2];
@@ -161,6 +202,28 @@ TEST_CASE("a start far away changes no bit of a push") {
         }
         CHECK(std::memcmp(ends[0].data(), ends[1].data(), ends[0].size() * sizeof(double)) == 0);
     }
+}
+
+TEST_CASE("the automatic step is stable with a light hard block and a heavy soft one") {
+    for (const auto& [mass, stiffness] : {std::pair{0.02, 1e5}, {100.0, 1e3}})
+        for (const int integrator : {LIMAX_LEAPFROG, LIMAX_SYMPLECTIC_EULER}) {
+            stage world({4, 4, 2}, 1, 4);
+            world.effects({"gravity", "ground", "friction", "damping", "block"});
+            world.set("block", "position", {0.05, 0.05, 0.2}).set("block", "mass", {mass});
+            world.set("block", "size", {0.3, 0.3, 0.3});
+            world.set("block", "stiffness", {stiffness});
+            world.setup.options.integrator = integrator;
+            world.setup.options.bound_fraction = 0.99;
+            world.setup.options.duration = 3.0;
+            const auto simulation = world.run();
+            CAPTURE(mass);
+            CAPTURE(integrator);
+            REQUIRE(simulation->outcomes()[0].status == LIMAX_ROBOT_DONE);
+            const block_state end = block_of(*simulation);
+            // a load of 100 kg rings at 40 rad/s, where the springs' dashpots do little
+            CHECK(length(end.velocity) < (mass > 10 ? 0.1 : 1e-3));
+            CHECK(end.place.z > 0.1);  // above the ground, if not on it
+        }
 }
 
 TEST_CASE("a block beyond the limits stops its robot as diverged") {
