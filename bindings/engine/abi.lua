@@ -36,7 +36,6 @@ local KINDS = {
 }
 
 --- Raises the engine's text if `status` is a failure.
----@param status integer
 ---@param what string|nil the call, put in front of the text
 function abi.check(status, what)
   if status == C.LIMAX_OK then return end
@@ -45,7 +44,6 @@ function abi.check(status, what)
 end
 
 --- Checks a pointer from the engine, which is null where a GPU's data could not be copied.
----@param pointer ffi.cdata*
 ---@param what string the call, put in front of the text
 function abi.pointer(pointer, what)
   if pointer == nil then abi.check(C.LIMAX_NO_DEVICE, what) end
@@ -55,7 +53,6 @@ end
 --- Decodes a description that the engine gives as JSON.
 ---@param text ffi.cdata* const char *
 ---@param what string in messages
----@return table
 function abi.description(text, what)
   return assert(host.json.decode(ffi.string(text), what))
 end

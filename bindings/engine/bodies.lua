@@ -17,7 +17,11 @@ local class = object.class("population", "population")
 local methods = class.methods
 
 local WEIGHTS = { "stiffness", "amplitude", "phase" }
-local IS_WEIGHT = { stiffness = true, amplitude = true, phase = true }
+local MATERIAL = { minimum = 0, maximum = tonumber(C.LIMAX_MAX_MATERIALS) - 1, integer = true }
+local WEIGHT = { minimum = 0, maximum = 1 }
+local weight_rule = schema.number(WEIGHT)
+local weights_rule =
+  schema.fields { stiffness = schema.any, amplitude = schema.any, phase = schema.any }
 
 ---@class limax.body
 ---@field status "unknown"|"valid"|"no voxel"|"no muscle"
@@ -42,60 +46,46 @@ local function weights_of(handle, what)
   return abi.pointer(C.limax_population_weights(handle), what)
 end
 
--- Writes `read(value)` of each voxel to `target`. `voxels` is a flat list (x runs fastest, then y,
--- then z), or nested lists or a view [x][y][z]. A value that cannot be read gives nil and what was
--- expected.
-local function write_voxels(target, what, voxels, lattice, read)
+-- Writes the number of each voxel, as `rule` reads it, to `target`. `voxels` is a flat list (x runs
+-- fastest, then y, then z), or nested lists or a view [x][y][z].
+local function write_voxels(target, what, voxels, lattice, rule)
   local nx, ny, nz = lattice[1], lattice[2], lattice[3]
-  local function put(offset, value, place, ...)
-    local number, expected = read(value)
-    if not number then schema.refuse(what .. place:format(...), expected, value) end
-    target[offset] = number
-  end
-  local function length(list, expected, place, ...)
-    local count = type(list) == "table" and #list
-    if count ~= expected then
-      schema.refuse(what .. place:format(...), ("a list of %d"):format(expected), list, count)
-    end
+  local function list(entry_rule, count)
+    return schema.list(entry_rule, { count = count, expected = ("a list of %d"):format(count) })
   end
   if view.is_view(voxels) then voxels = voxels:table() end
   if type(voxels) ~= "table" then schema.refuse(what, "a list of voxels", voxels) end
   if type(voxels[1]) ~= "table" then
-    length(voxels, nx * ny * nz, "")
-    for i = 1, nx * ny * nz do put(i - 1, voxels[i], "[%d]", i) end
+    for i, number in ipairs(schema.demand(list(rule, nx * ny * nz), voxels, what)) do
+      target[i - 1] = number
+    end
     return
   end
-  length(voxels, nx, "")
-  for x = 1, nx do
-    length(voxels[x], ny, "[%d]", x)
-    for y = 1, ny do
-      length(voxels[x][y], nz, "[%d][%d]", x, y)
-      for z = 1, nz do
-        put(x - 1 + nx * (y - 1 + ny * (z - 1)), voxels[x][y][z], "[%d][%d][%d]", x, y, z)
+  for x, plane in ipairs(schema.demand(list(list(list(rule, nz), ny), nx), voxels, what)) do
+    for y, row in ipairs(plane) do
+      for z, number in ipairs(row) do
+        target[x - 1 + nx * (y - 1 + ny * (z - 1))] = number
       end
     end
   end
 end
 
--- Reads a voxel of a script, an index, letter or name, as a material index.
-local function material_reader(table_of_materials)
+-- The rule of a voxel of a script, an index, letter or name: gives the material index.
+local function material_rule(table_of_materials)
   local most, indices = tonumber(C.LIMAX_MAX_MATERIALS) - 1, {}
-  return function(value)
+  return function(value, path)
     if type(value) == "number" and value >= 0 and value <= most and value == math.floor(value) then
       return value
-    elseif type(value) == "string" and table_of_materials then
-      indices[value] = indices[value] or table_of_materials:index(value)
-      return indices[value] and indices[value] - 1,
-        "a material of " .. tostring(table_of_materials)
     end
-    return nil, ("a material index from 0 to %d%s"):format(most, table_of_materials
+    local expected = ("a material index from 0 to %d%s"):format(most, table_of_materials
       and ", a letter or a name" or "; letters need the material table as fourth argument")
+    if type(value) == "string" and table_of_materials then
+      indices[value] = indices[value] or table_of_materials:index(value)
+      if indices[value] then return indices[value] - 1 end
+      expected = "a material of " .. tostring(table_of_materials)
+    end
+    return nil, ("%s: expected %s, got %s"):format(path, expected, schema.show(value))
   end
-end
-
-local function read_weight(value)
-  if type(value) == "number" and value >= 0 and value <= 1 then return value end
-  return nil, "a weight from 0 to 1"
 end
 
 --- Material indices of robot i, from 0 (the empty one).
@@ -136,18 +126,13 @@ function methods:text(i, letters)
   return text
 end
 
---- The same of all robots, in memory.
----@param self limax.population
----@param letters string
----@return ffi.cdata* char[count][size], each with a line end and a zero byte at its end
----@return integer size
+--- The same of all robots, in memory: char[count][size], each with a line end and a zero byte at
+--- its end, and the size.
 function class.texts(self, letters)
   return texts_of(self, object.handle("texts", self, class), 0, self.count, letters)
 end
 
---- The bodies of all robots: status, counts, size.
----@param self limax.population
----@return ffi.cdata* limax_body[count], of the engine
+--- The bodies of all robots: limax_body[count] of the engine.
 function class.shapes(self)
   return abi.pointer(C.limax_population_bodies(object.handle("shapes", self, class)), "shapes")
 end
@@ -174,9 +159,6 @@ local function writable(self, what, noun, i, read, element, shape, range)
   end
   return view.new(self, noun, element, data, shape, { life = self.writing_life, range = range })
 end
-
-local MATERIAL = { minimum = 0, maximum = tonumber(C.LIMAX_MAX_MATERIALS) - 1, integer = true }
-local WEIGHT = { minimum = 0, maximum = 1 }
 
 --- Material indices, from 0 (the empty one), for a script to write: `view[voxel] = material`, voxel
 --- = 1 + x + nx (y + ny z) with x, y, z from 0. The body is unknown until `population:check`, which
@@ -236,12 +218,11 @@ function methods:set_body(i, voxels, weights, table_of_materials)
   local each = self.voxels_each
   -- read everything before writing anything, so that an error changes nothing
   local new_voxels, new_weights = ffi.new("uint8_t[?]", each), ffi.new("float[?]", 3 * each)
-  write_voxels(new_voxels, "voxels", voxels, self.extent, material_reader(table_of_materials))
+  write_voxels(new_voxels, "voxels", voxels, self.extent, material_rule(table_of_materials))
   if view.is_view(weights) then
     weights = { stiffness = weights[1], amplitude = weights[2], phase = weights[3] }
   end
-  weights = schema.demand(schema.table, weights or {}, "weights")
-  schema.known(weights, IS_WEIGHT, "weights")
+  weights = schema.demand(weights_rule, weights, "weights")
   for w, name in ipairs(WEIGHTS) do
     local own = weights[name]
     if own == nil then own = 1 end
@@ -250,7 +231,7 @@ function methods:set_body(i, voxels, weights, table_of_materials)
       for voxel = 1, each do all[voxel] = own end
       own = all
     end
-    write_voxels(new_weights + (w - 1) * each, "weights." .. name, own, self.extent, read_weight)
+    write_voxels(new_weights + (w - 1) * each, "weights." .. name, own, self.extent, weight_rule)
   end
   ffi.copy(voxels_of(handle, "population:set_body") + robot * each, new_voxels, each)
   ffi.copy(weights_of(handle, "population:set_body") + 3 * robot * each, new_weights,
@@ -270,11 +251,8 @@ function methods:diversity(robots)
   end
   local list = ffi.new("int32_t[?]", count)
   for k = 1, count do
-    local i = robots[k]
-    if type(i) ~= "number" or i < 1 or i > self.count or i ~= math.floor(i) then
-      schema.index(("population:diversity: robot %d of the list"):format(k), i, self.count)
-    end
-    list[k - 1] = i - 1
+    list[k - 1] =
+      schema.index("population:diversity: robot %d of the list", robots[k], self.count, k) - 1
   end
   local out = ffi.new "limax_diversity"
   abi.check(C.limax_population_diversity(handle, list, count, out), "population:diversity")

@@ -10,9 +10,6 @@ local C = abi.C
 local class = object.class("device", "device")
 local methods = class.methods
 
--- a device holds threads, so it counts for several handles
-local WEIGHT = 16
-
 ---@class limax.device : limax.object
 ---@field name string as requested
 ---@field kind string "cpu" or "cuda"
@@ -42,7 +39,7 @@ local function device(name, options)
   local threads = options.threads or threads_of_environment()
   local self = object.make(class, nil, function(out)
     return C.limax_device_create(name, threads, options.isa, out)
-  end, { name = name }, WEIGHT)
+  end, { name = name })
   local description = self:describe()
   object.set(self, "kind", description.kind)
   object.set(self, "threads", description.threads)
@@ -63,9 +60,6 @@ end
 local shared
 
 --- Handle of a call's device; nil: of one device that all such calls share.
----@param what string
----@param on limax.device|nil
----@return ffi.cdata*
 local function handle(what, on)
   if on == nil then
     if not shared or not shared.handle then shared = device "auto" end

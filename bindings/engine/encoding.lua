@@ -28,12 +28,11 @@ local genome_rules = {
   initial_scale = schema.field(genome.initial_scale),
 }
 local options_rules = {
-  lattice = lattice_rule, features = genome_rules.features, sigma = genome_rules.sigma,
-  hidden = genome_rules.hidden, initial_scale = genome_rules.initial_scale,
-  materials = schema.whole(-MOST, MOST, 5), seed = schema.seed,
+  lattice = lattice_rule, materials = schema.whole(-MOST, MOST, 5), seed = schema.seed,
   repetition = schema.whole(1, MOST, 1), network = schema.choice(names.network.names),
   genes = schema.whole(1, 2 ^ 24),
 }
+for name, rule in pairs(genome_rules) do options_rules[name] = rule end
 local options_rule = schema.fields(options_rules)
 
 ---@class limax.encoding : limax.object
@@ -88,29 +87,15 @@ local function encoding(options)
   return self
 end
 
-local function require_network(self, what, ...)
-  for _, network in ipairs { ... } do if self.network == network then return end end
-  fault.raise(("%s: an encoding of network %q has none"):format(what, self.network))
-end
-
 --- B, the matrix of an encoding of network "fourier".
 ---@return limax.view [feature][3]
 function methods:matrix()
   local handle = object.handle("encoding:matrix", self, class)
-  require_network(self, "encoding:matrix", "fourier")
+  if self.network ~= "fourier" then
+    fault.raise(("encoding:matrix: an encoding of network %q has none"):format(self.network))
+  end
   return view.new(self, "an encoding's matrix", "double", C.limax_encoding_matrix(handle),
     { self.features_count, 3 })
-end
-
---- The inputs of the network for each voxel. "fourier": the cosine rows, then the sine rows;
---- "cppn": x, y, z and the distance from the middle.
----@return limax.view [input][voxel], voxel = 1 + x + nx (y + ny z) with x, y, z from 0
-function methods:features()
-  local handle = object.handle("encoding:features", self, class)
-  require_network(self, "encoding:features", "fourier", "cppn")
-  local inputs = self.network == "cppn" and 4 or 2 * self.features_count
-  return view.new(self, "an encoding's features", "float", C.limax_encoding_features(handle),
-    { inputs, self.voxels })
 end
 
 return { class = class, encoding = encoding, genome_rules = genome_rules }

@@ -40,7 +40,6 @@ return {
   is_view = view.is_view,
   bytes_held = memory.bytes_held,
   collect = memory.collect,
-  limit_time = simulation.limit_time,
   fail = fault.raise,
   where = fault.where,
   place = fault.place,

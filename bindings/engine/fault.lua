@@ -31,24 +31,21 @@ function fault.throw(fields)
   error(setmetatable(fields, Error), 0)
 end
 
----@param value any
----@return boolean
+--- Is a value an error of limax?
 function fault.is(value) return getmetatable(value) == Error end
 
 -- ---- places -------------------------------------------------------------------------------------
 
-local bindings = host.home .. "/bindings/"
-local library = { host.home .. "/scripts/lib/", host.home .. "/scripts/commands/" }
-
-local function begins(text, beginning) return text:sub(1, #beginning) == beginning end
+-- Folders of limax's own files.
+local OWN = { [host.home .. "/bindings/"] = "engine", [host.home .. "/scripts/lib/"] = "library",
+  [host.home .. "/scripts/commands/"] = "library" }
 
 -- The author of a stack frame: nil for C, "engine", "library" or "user".
 local function writer(info)
   if info.what == "C" or info.currentline < 0 then return nil end
   local path = info.source:sub(2)
-  if begins(path, bindings) then return "engine" end
-  for _, folder in ipairs(library) do
-    if begins(path, folder) then return "library" end
+  for folder, who in pairs(OWN) do
+    if path:sub(1, #folder) == folder then return who end
   end
   return "user"
 end

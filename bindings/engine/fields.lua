@@ -17,7 +17,6 @@ local fields = {}
 
 --- A field as the C interface describes it.
 ---@param info ffi.cdata* limax_field_info
----@return limax.field
 function fields.read(info)
   local value = {}
   for c = 1, info.components do value[c] = info.value[c - 1] end
@@ -29,7 +28,6 @@ function fields.read(info)
 end
 
 --- The fields of a group of options by name; the default of one component is a number.
----@param group "simulation"|"genome"|"breeding"
 ---@return table<string, limax.field>
 function fields.of(group)
   local list, info, index = {}, ffi.new "limax_field_info", 0

@@ -35,7 +35,6 @@ local FIELDS = {
 }
 local field_name = schema.choice(FIELDS)
 local MUSCLE_FIELDS = { amplitude = true, phase = true }
-local SCHEMA = "limax.materials/1"
 
 local function make(create)
   local self = object.make(class, nil, create)
@@ -145,7 +144,7 @@ end
 ---@return table
 function methods:table()
   object.handle("materials:table", self, class)
-  local result = { schema = SCHEMA, name = self.name, fields = {}, materials = {} }
+  local result = { schema = "limax.materials/1", name = self.name, fields = {}, materials = {} }
   for _, field in ipairs(FIELDS) do result.fields[field] = self:field(field) end
   for i = 1, self.count do
     local material = self:get(i)

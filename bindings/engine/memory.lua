@@ -3,7 +3,6 @@
 --- engine's bytes, or the handles made, exceed a limit.
 
 local C = require("limax.engine.abi").C
-local schema = require "limax.engine.schema"
 
 local memory = {}
 
@@ -12,7 +11,6 @@ local FLOOR = 64 * 1024 * 1024
 -- handles made and not freed between two collections; they also bound other resources, such as
 -- threads
 local HANDLES = 256
-local weight_rule = schema.whole(1, 2 ^ 31, 1)
 
 local limit = FLOOR
 local made = 0
@@ -22,10 +20,9 @@ local made = 0
 function memory.bytes_held() return tonumber(C.limax_bytes_held()) end
 
 --- Counts a handle that will be made, and collects garbage if a limit is exceeded.
----@param weight integer|nil how many handles this one counts for
 ---@return boolean collected
-function memory.collect(weight)
-  made = made + schema.demand(weight_rule, weight, "collect")
+function memory.collect()
+  made = made + 1
   if made < HANDLES and memory.bytes_held() <= limit then return false end
   -- the first collection drops views, the second their states and what these own
   collectgarbage "collect"

@@ -16,11 +16,9 @@ local object = {}
 ---@field why string|nil why it increased last, with the line
 
 --- A new life.
----@return limax.life
 function object.life() return { stamp = ffi.new("int32_t[1]", 1) } end
 
 --- Invalidates every view of `life` that exists now.
----@param life limax.life
 ---@param why string completes "this view ended when ..."
 function object.end_views(life, why)
   life.stamp[0] = life.stamp[0] + 1
@@ -34,9 +32,6 @@ local classes = {}
 local FIELDS = {}
 
 --- Sets a field of an object.
----@param self limax.object
----@param name string
----@param value any
 function object.set(self, name, value) rawget(self, FIELDS)[name] = value end
 
 ---@class limax.object
@@ -49,9 +44,6 @@ local shared = {}
 --- Frees the object and its memory in the engine, and invalidates its views. May be called twice.
 ---@param why string|nil completes "this view ended when ..."
 function shared:free(why)
-  if type(self) ~= "table" or not classes[getmetatable(self)] then
-    fault.raise(("free: expected an object, got %s"):format(type(self)))
-  end
   local handle = self.handle
   if not handle then return end
   -- C frees last: an error or an interrupt on the way leaves the handle to the garbage collector,
@@ -71,8 +63,6 @@ local function with_article(noun) return (noun:match "^[aeiou]" and "an " or "a 
 
 --- Raises unless `value` is an object of `class`, freed or not.
 ---@param what string the argument's name in messages
----@param value any
----@param class table
 function object.require(what, value, class)
   if type(value) == "table" and getmetatable(value) == class then return end
   local came = type(value)
@@ -106,14 +96,10 @@ function object.class(kind_name, c_name)
 end
 
 --- Makes an object of `class`.
----@param class table
 ---@param what string|nil the call, put in front of an error's text
 ---@param make fun(out: ffi.cdata*): integer calls the C function that stores the handle in out[0]
----@param fields table|nil
----@param weight integer|nil how many handles this one counts for
----@return table
-function object.make(class, what, make, fields, weight)
-  memory.collect(weight)
+function object.make(class, what, make, fields)
+  memory.collect()
   local out = class.result()
   abi.check(make(out), what)
   fields = fields or {}
@@ -125,9 +111,6 @@ end
 
 --- The handle of `value`, which must be an object of `class` that is not freed.
 ---@param what string the argument's name in messages
----@param value any
----@param class table
----@return ffi.cdata*
 function object.handle(what, value, class)
   object.require(what, value, class)
   if not value.handle then
@@ -137,12 +120,6 @@ function object.handle(what, value, class)
 end
 
 --- The handle of `value`, and its entry i as the C interface counts, from 0.
----@param what string
----@param value any
----@param class table
----@param i any
----@return ffi.cdata*
----@return integer
 function object.entry(what, value, class, i)
   local handle = object.handle(what, value, class)
   return handle, schema.index(what, i, value.count) - 1

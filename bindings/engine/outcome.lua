@@ -41,9 +41,6 @@ local NUMBERS = {
 }
 local PLACES = { "center_start", "center_middle", "center_end", "block_start", "block_middle",
   "block_end", "block_velocity" }
--- a scene without a block has no numbers for it; those of a body are kept as they are
-local OPTIONAL = { block_start = true, block_middle = true, block_end = true,
-  block_velocity = true }
 
 --- Status of an outcome, and the reason if it is not "done".
 ---@param o ffi.cdata* limax_outcome
@@ -58,7 +55,6 @@ end
 
 --- The numbers of an outcome as a table.
 ---@param o ffi.cdata* limax_outcome
----@return limax.outcome
 function outcome.table(o)
   local result = { step = tonumber(o.step), steps = tonumber(o.steps), coarse = o.coarse ~= 0 }
   result.status, result.reason = outcome.status(o)
@@ -68,7 +64,8 @@ function outcome.table(o)
   end
   for _, name in ipairs(PLACES) do
     local place = o[name]
-    if not OPTIONAL[name] or place[0] == place[0] then
+    -- a scene without a block has no numbers for it; those of a body are kept as they are
+    if place[0] == place[0] or not name:find "^block" then
       result[name] = { place[0], place[1], place[2] }
     end
   end
@@ -76,7 +73,6 @@ function outcome.table(o)
 end
 
 --- The outcomes of a simulation's robots in the engine.
----@param simulation limax.simulation
 ---@return ffi.cdata* limax_outcome[simulation.count]
 function outcome.all(simulation) return C.limax_simulation_outcomes(simulation.handle) end
 

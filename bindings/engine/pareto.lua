@@ -18,7 +18,6 @@ local function values_of(points, objectives)
     end
     for k = 1, objectives do
       local value = point[k]
-      -- NaN is refused by the engine too; here it is named as other values are
       if type(value) ~= "number" or value ~= value then
         schema.refuse(("pareto: points[%d][%d]"):format(i, k), "a number", value)
       end

@@ -23,23 +23,23 @@ local MOST = 2147483647
 -- range of a gene: that of a float
 local FINITE = { minimum = -3.4028234663852886e38, maximum = 3.4028234663852886e38 }
 
-local function anything(value) return value end
 local lattice_rule = schema.numbers(3, { integer = true })
 local options_rule = schema.fields {
   lattice = lattice_rule, count = schema.whole(-MOST, MOST),
-  encoding = anything,
+  encoding = schema.any,
 }
-local breeding_rules = { seed = schema.seed, repetition = schema.whole(1, MOST),
-  generation = schema.whole(0, MOST), elites = schema.whole(0, MOST, 0) }
+local breeding_rules = { seed = schema.required(schema.seed),
+  repetition = schema.required(schema.whole(1, MOST)),
+  generation = schema.required(schema.whole(0, MOST)), elites = schema.whole(0, MOST, 0) }
 for name, field in pairs(fields.of "breeding") do
   field.value = nil -- no default
-  breeding_rules[name] = schema.field(field)
+  breeding_rules[name] = schema.required(schema.field(field))
 end
 local breeding_rule = schema.fields(breeding_rules)
 local check_rule = schema.fields { require_muscle = schema.boolean(false),
   largest_part = schema.boolean(false) }
 local express_rule = schema.fields { require_muscle = schema.boolean(false),
-  largest_part = schema.boolean(true), device = anything }
+  largest_part = schema.boolean(true), device = schema.any }
 local generation_rule = schema.whole(0, MOST, 0)
 
 ---@class limax.population : limax.object
@@ -103,13 +103,8 @@ local function in_ranges(what, total, first, count, work)
     local now = math.min(size, stop - at)
     local started = host.clock()
     abi.check(work(at, now), what)
-    local took = host.clock() - started
     at = at + now
-    if took < AIM / 2 then
-      size = size * 2
-    elseif took > AIM then
-      size = math.max(1, math.floor(size / 2))
-    end
+    size = math.max(1, math.floor(size * math.min(2, AIM / (host.clock() - started))))
   end
 end
 
@@ -186,10 +181,6 @@ function methods:check(table_of_materials, options, first, count)
   end)
 end
 
-local function is_index(value, count)
-  return type(value) == "number" and value >= 1 and value <= count and value == math.floor(value)
-end
-
 -- The parents of children first .. first + children - 1, [child][2] from 0 and from child 1.
 local function pairs_of_indices(what, list_of_pairs, first, children, parents)
   local count = #schema.demand(schema.table, list_of_pairs, what .. ": pairs")
@@ -205,11 +196,8 @@ local function pairs_of_indices(what, list_of_pairs, first, children, parents)
         type(pair) == "table" and #pair)
     end
     for k = 1, 2 do
-      local parent = pair[k]
-      if not is_index(parent, parents) then
-        schema.index(("%s: pairs[%d][%d]"):format(what, child, k), parent, parents)
-      end
-      list[2 * (first + child) - 5 + k] = parent - 1
+      list[2 * (first + child) - 5 + k] =
+        schema.index("%s: pairs[%d][%d]", pair[k], parents, what, child, k) - 1
     end
   end
   return list
@@ -228,16 +216,12 @@ function methods:breed(parents, pairs_of_parents, options, on, first, count)
   local what = "population:breed"
   coded(self, what)
   coded(parents, what .. ": parents")
-  options = schema.demand(breeding_rule, options, what)
   first, count = range_of(what, self.count, first, count)
   local list = pairs_of_indices(what, pairs_of_parents, first, count, parents.count)
   local breeding = ffi.new "limax_breeding"
-  for _, name in ipairs { "mutation_rate", "mutation_scale", "crossover_rate", "repetition",
-    "generation" } do
-    breeding[name] = schema.demand(breeding_rules[name], options[name], what .. "." .. name)
+  for name, value in pairs(schema.demand(breeding_rule, options, what)) do
+    breeding[name] = name == "seed" and schema.uint64(value, what .. ".seed") or value
   end
-  breeding.seed = schema.uint64(options.seed, what .. ".seed")
-  breeding.elites = options.elites
   local target = device.handle(what, on)
   object.end_views(self.life, "its population was bred")
   in_ranges(what, self.count, first, count, function(at, robots)
@@ -268,33 +252,35 @@ function methods:genome_view(i, refusal)
       and { minimum = math.huge, maximum = -math.huge, refusal = refusal } or FINITE })
 end
 
+-- Copies genomes into memory, its own if left out.
+local function read_genomes(self, what, first, count, memory)
+  local handle = coded(self, what)
+  memory = memory or ffi.new("float[?]", count * self.genes)
+  abi.check(C.limax_population_read_genomes(handle, first, count, memory), what)
+  return memory
+end
+
 --- A copy of the genome of robot i, which stays valid. The population stays on its GPU.
 ---@param i integer
 ---@return limax.view [gene]
 function methods:genome_copy(i)
   local what = "population:genome_copy"
-  local handle = coded(self, what)
-  schema.index(what, i, self.count)
-  local memory = ffi.new("float[?]", self.genes)
-  abi.check(C.limax_population_read_genomes(handle, i - 1, 1, memory), what)
+  object.handle(what, self, class)
+  local memory = read_genomes(self, what, schema.index(what, i, self.count) - 1, 1)
   return view.new(memory, "a genome", "float", memory, { self.genes })
 end
 
 --- A copy of all genomes, which stays valid.
 ---@return limax.view [robot][gene]
 function methods:genomes_array()
-  local what = "population:genomes_array"
-  local handle, count = coded(self, what), self.count * self.genes
-  local memory = ffi.new("float[?]", count)
-  abi.check(C.limax_population_read_genomes(handle, 0, self.count, memory), what)
+  local memory = read_genomes(self, "population:genomes_array", 0, self.count)
   return view.new(memory, "genomes", "float", memory, { self.count, self.genes })
 end
 
 --- All genomes as little-endian 32-bit floats, [robot][gene].
 ---@return string
 function methods:genomes_bytes()
-  coded(self, "population:genomes_bytes")
-  local memory = view.memory(self:genomes_array())
+  local memory = read_genomes(self, "population:genomes_bytes", 0, self.count)
   return ffi.string(memory, ffi.sizeof(memory))
 end
 
@@ -320,15 +306,10 @@ function class:__tostring()
   return ("population of %d robots, %dx%dx%d voxels"):format(self.count, unpack(self.lattice))
 end
 
---- Copies genomes into memory of the caller: count * genes floats.
----@param self limax.population
----@param memory ffi.cdata* float *
----@param first? integer robots before the first one; 0
----@param count? integer all if left out
+--- Copies genomes into memory of the caller, count * genes floats: of all robots, or of `count`
+--- after the first `first` ones.
 local function copy_genomes(self, memory, first, count)
-  local what = "copy_genomes"
-  abi.check(C.limax_population_read_genomes(coded(self, what), first or 0, count or self.count,
-    memory), what)
+  read_genomes(self, "copy_genomes", first or 0, count or self.count, memory)
 end
 
 return { class = class, population = population, copy_genomes = copy_genomes }

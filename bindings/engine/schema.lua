@@ -9,15 +9,14 @@ local suggest = require "limax.engine.suggest"
 local schema = {}
 
 --- `result, message = rule(value, path)`; `message` is nil for a valid value. `path` names the
---- field in messages. Most rules take nil as "absent" and return their default.
+--- field in messages. Most rules take nil as "absent" and return their default. The functions below
+--- that describe a kind of value return its rule.
 ---@alias schema.rule fun(value: any, path: string): any, string|nil
 
 -- Stand for a required value that is nil, so that rules refuse it.
 local absent, missing = newproxy(), newproxy()
 
 --- A value as messages show it: short, on one line.
----@param value any
----@return string
 function schema.show(value)
   if value == absent or value == missing then return "nil" end
   if value == host.json.null then return "null" end
@@ -43,23 +42,15 @@ local function refused(path, expected, value, count)
 end
 
 --- Raises "PATH: expected EXPECTED, got VALUE" at the user's line.
----@param path string
----@param expected string
----@param value any
 ---@param count? integer|false of the entries, where that is what is wrong with a list
 function schema.refuse(path, expected, value, count)
   fault.raise(select(2, refused(path, expected, value, count)))
 end
 
 --- The rule of a value that is checked where it is used.
----@param value any
 function schema.any(value) return value end
 
 --- Checks a required value; raises at the user's line.
----@param rule schema.rule
----@param value any
----@param path string
----@return any
 function schema.demand(rule, value, path)
   local result, message = rule(value, path)
   if result == nil and not message then message = select(2, rule(absent, path)) end
@@ -68,8 +59,6 @@ function schema.demand(rule, value, path)
 end
 
 --- The rule of a required value.
----@param rule schema.rule
----@return schema.rule
 function schema.required(rule)
   return function(value, path)
     if value ~= nil then return rule(value, path) end
@@ -99,8 +88,6 @@ end
 ---@field value? any the default
 
 --- "a whole number from 1 to 10 (voxels)".
----@param field limax.range
----@return string
 function schema.expected(field)
   local parts = { field.integer and "a whole number" or "a number" }
   local from, to = field.minimum or field.above, field.maximum or field.below
@@ -125,9 +112,6 @@ local function in_range(field, value)
 end
 
 --- A finite number of a range. Absent: the range's default, or `default`.
----@param field limax.range
----@param default? any
----@return schema.rule
 function schema.number(field, default)
   if default == nil then default = field.value end
   return optional(function(value) return in_range(field, value) end, schema.expected(field),
@@ -135,9 +119,6 @@ function schema.number(field, default)
 end
 
 --- A number, or a list of three, of a field of the engine.
----@param field limax.field
----@param default? any
----@return schema.rule
 function schema.field(field, default)
   if field.components ~= 3 then return schema.number(field, default) end
   local part = {}
@@ -147,31 +128,21 @@ function schema.field(field, default)
 end
 
 --- A whole number.
----@param minimum number
----@param maximum number
----@param default? integer
----@return schema.rule
 function schema.whole(minimum, maximum, default)
   return schema.number({ integer = true, minimum = minimum, maximum = maximum }, default)
 end
 
 --- One word, or a number: `schema.word_or_number("auto", field)`.
----@param word string
----@param field limax.range
----@return schema.rule
 function schema.word_or_number(word, field)
   return optional(function(value) return value == word or in_range(field, value) end,
     ('"%s" or %s'):format(word, schema.expected(field)))
 end
 
---- A 1-based index into something that has `count` entries; raises at the user's line.
----@param path string
----@param value any
----@param count integer
----@return integer
-function schema.index(path, value, count)
+--- A 1-based index into something that has `count` entries; raises at the user's line. `path` may
+--- be a format of the values that follow.
+function schema.index(path, value, count, ...)
   if type(value) ~= "number" or value < 1 or value > count or value ~= math.floor(value) then
-    schema.refuse(path, count == 0 and "an index, but there is none"
+    schema.refuse(path:format(...), count == 0 and "an index, but there is none"
       or ("an index from 1 to %d"):format(count), value)
   end
   return value
@@ -181,9 +152,6 @@ local MOST_SEED = "18446744073709551615" -- 2^64 - 1
 
 --- A seed: a whole number up to 2^53, its digits as text up to 2^64 - 1, or a uint64_t. Digits that
 --- a number holds exactly become one.
----@param value any
----@param path string
----@return number|string|ffi.cdata*|nil
 ---@return string|nil message
 function schema.seed(value, path)
   if type(value) == "cdata" and tostring(value):match "^%d+ULL$" then return value end
@@ -200,8 +168,6 @@ function schema.seed(value, path)
 end
 
 --- A seed as the engine takes it; raises at the user's line.
----@param value number|string|ffi.cdata*
----@param path string
 ---@return ffi.cdata* uint64_t
 function schema.uint64(value, path)
   value = schema.demand(schema.seed, value, path)
@@ -213,16 +179,12 @@ end
 
 -- ---- other values -------------------------------------------------------------------------------
 
----@param default? boolean
----@return schema.rule
 function schema.boolean(default)
   return optional(function(value) return type(value) == "boolean" end, "true or false", default)
 end
 
 --- A text that matches a Lua pattern from end to end.
----@param pattern string
 ---@param expected string the pattern in words
----@return schema.rule
 function schema.text(pattern, expected)
   return optional(function(value)
     return type(value) == "string" and value:match("^" .. pattern .. "$")
@@ -239,8 +201,6 @@ schema.path = schema.text("[^%z]+", "the path of a file")
 schema.table = optional(function(value) return type(value) == "table" end, "a table")
 
 --- One of a list of words; absent stays absent.
----@param words string[]
----@return schema.rule
 function schema.choice(words)
   local quoted = {}
   for i, word in ipairs(words) do quoted[i] = '"' .. word .. '"' end
@@ -250,7 +210,7 @@ function schema.choice(words)
     for _, word in ipairs(words) do
       if value == word then return value end
     end
-    local nearest = suggest(value, words)
+    local nearest = suggest.nearest(value, words)
     local _, message = refused(path, expected, value)
     return nil, nearest and ('%s; did you mean "%s"?'):format(message, nearest) or message
   end
@@ -260,8 +220,6 @@ end
 
 --- The number of entries of a list; nil for a value that is not a list: one with any key besides 1,
 --- 2, ... n.
----@param value any
----@return integer|nil
 function schema.list_size(value)
   if type(value) ~= "table" then return nil end
   local keys = 0
@@ -271,9 +229,7 @@ end
 
 --- A list whose entries all follow one rule. `count` fixes its length, `most` limits it; absent: a
 --- copy of `default`.
----@param rule schema.rule
 ---@param options { count?: integer, most?: integer, default?: table, expected: string }
----@return schema.rule
 function schema.list(rule, options)
   return function(value, path)
     if value == nil then value = options.default end
@@ -285,8 +241,9 @@ function schema.list(rule, options)
     end
     local result = {}
     for i = 1, size do
-      local entry, message = rule(value[i], ("%s[%d]"):format(path, i))
-      if message then return nil, message end
+      local entry, message = rule(value[i], path)
+      -- the place, which takes time to format, is only needed here
+      if message then return rule(value[i], ("%s[%d]"):format(path, i)) end
       result[i] = entry
     end
     return result
@@ -294,19 +251,13 @@ function schema.list(rule, options)
 end
 
 --- Exactly `count` finite numbers.
----@param count integer
 ---@param field? limax.range of each
----@return schema.rule
 function schema.numbers(count, field)
   return schema.list(schema.number(field or {}),
     { count = count, expected = ("a list of %d numbers"):format(count) })
 end
 
 --- The keys of a table, texts, sorted; `nil, message` when one of them is not a text.
----@param value table
----@param path string
----@return string[]|nil
----@return string|nil
 function schema.names(value, path)
   local names = {}
   for key in pairs(value) do
@@ -330,9 +281,7 @@ local function unknown(names, fields, path, ending)
 end
 
 --- Raises at the user's line unless every name of a table is a key of `fields`.
----@param value table
 ---@param fields table<string, any>
----@param path string
 ---@param ending? fun(name: string): string|nil ends the message about an unknown name instead of a
 --- suggestion
 ---@return string[] names sorted
@@ -347,7 +296,6 @@ end
 --- a suggestion.
 ---@param fields table<string, schema.rule>
 ---@param ending? fun(name: string): string|nil ends the message about an unknown name instead
----@return schema.rule
 function schema.fields(fields, ending)
   local known = schema.names(fields, "")
   return function(value, path)
@@ -368,38 +316,41 @@ function schema.fields(fields, ending)
   end
 end
 
---- A table of a file: its named fields follow their rules, and others are kept. Gives the table
---- itself, without defaults.
----@param fields table<string, schema.rule>
----@return schema.rule
-function schema.record(fields)
-  local known = schema.names(fields, "")
+-- The rule of a table that is returned itself, without defaults. `check(value, path)` returns the
+-- message about an entry.
+local function table_rule(check)
   return function(value, path)
     if value == nil then return nil end
     if type(value) ~= "table" then return refused(path, "a table", value) end
-    local prefix = path == "" and "" or path .. "."
-    for _, name in ipairs(known) do
-      local _, message = fields[name](value[name], prefix .. name)
-      if message then return nil, message end
-    end
+    local message = check(value, path)
+    if message then return nil, message end
     return value
   end
 end
 
---- A table whose entries have any names and follow one rule. Gives the table itself.
----@param rule schema.rule
----@return schema.rule
+--- A table of a file: its named fields follow their rules, and others are kept.
+---@param fields table<string, schema.rule>
+function schema.record(fields)
+  local known = schema.names(fields, "")
+  return table_rule(function(value, path)
+    local prefix = path == "" and "" or path .. "."
+    for _, name in ipairs(known) do
+      local _, message = fields[name](value[name], prefix .. name)
+      if message then return message end
+    end
+  end)
+end
+
+--- A table whose entries have any names and follow one rule.
 function schema.map(rule)
-  return function(value, path)
-    if value == nil then return nil end
-    if type(value) ~= "table" then return refused(path, "a table", value) end
+  return table_rule(function(value, path)
     local names, message = schema.names(value, path)
     for _, name in ipairs(names or {}) do
-      if not message then message = select(2, rule(value[name], path .. "." .. name)) end
+      message = select(2, rule(value[name], path .. "." .. name))
+      if message then break end
     end
-    if message then return nil, message end
-    return value
-  end
+    return message
+  end)
 end
 
 return schema

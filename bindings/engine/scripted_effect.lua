@@ -16,8 +16,6 @@ local bound_rule =
   schema.fields { stiffness = schema.number({}, 0), damping = schema.number({}, 0) }
 
 --- Is a scene's entry a scripted effect?
----@param entry any
----@return boolean
 function scripted_effect.is(entry) return type(entry) == "table" and entry.force ~= nil end
 
 -- The line of a file on which a text begins; nil unless the file contains it exactly once.
@@ -46,10 +44,6 @@ local function place_of(text, line)
   return ""
 end
 
-local function bound_of(what, bound)
-  return bound ~= nil and schema.demand(bound_rule, bound, what) or nil
-end
-
 -- The parameters among the fields, in the order of their names.
 local function parameters_of(what, entry)
   local names, resolved = {}, {}
@@ -69,9 +63,6 @@ end
 
 --- Adds a scripted effect to a scene, and returns it as in scene:table().
 ---@param handle ffi.cdata* limax_scene
----@param name string
----@param entry table
----@return table
 function scripted_effect.add(handle, name, entry)
   local what = "scene: " .. name
   if type(name) ~= "string" or not name:match "^[%a_][%w_]*$" then
@@ -81,7 +72,8 @@ function scripted_effect.add(handle, name, entry)
   if text:find("\0", 1, true) then
     fault.raise(what .. ".force: a text cannot hold a byte 0")
   end
-  local bound = bound_of(what .. ".bound", entry.bound)
+  local bound = entry.bound
+  if bound ~= nil then bound = schema.demand(bound_rule, bound, what .. ".bound") end
   local names, resolved = parameters_of(what, entry)
   local list = ffi.new("limax_script_parameter[?]", math.max(1, #names))
   for i, parameter in ipairs(names) do

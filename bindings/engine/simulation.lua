@@ -62,14 +62,9 @@ end
 
 local function mask_of(mask, count)
   if mask == nil then return nil end
-  local bytes, whole = ffi.new("uint8_t[?]", count), type(mask) == "table" and #mask == count
-  for i = 1, whole and count or 0 do
-    whole = whole and (mask[i] == true or mask[i] == false)
-    bytes[i - 1] = mask[i] and 1 or 0
-  end
-  if whole then return bytes end
-  schema.demand(schema.list(schema.boolean(), { count = count,
-    expected = ("a list of %d, true or false"):format(count) }), mask, "simulation: mask")
+  local rule = schema.list(schema.boolean(), { count = count,
+    expected = ("a list of %d, true or false"):format(count) })
+  return ffi.new("uint8_t[?]", count, schema.demand(rule, mask, "simulation: mask"))
 end
 
 --- Prepares to simulate the robots of a population whose bodies were expressed or checked.
@@ -97,18 +92,6 @@ local function simulation(robots, table_of_materials, in_scene, options, on, mas
   end, { count = robots.count, record = recorded, masses = masses })
 end
 
--- After the deadline advance() raises this text.
-local deadline, deadline_text = math.huge, nil
-
---- Limits the wall time of all simulations: once `seconds` from now have passed, the next slice
---- raises. nil removes the limit.
----@param seconds number|nil
-local function limit_time(seconds)
-  if seconds ~= nil then schema.demand(schema.number {}, seconds, "limit_time: seconds") end
-  deadline = seconds and host.clock() + seconds or math.huge
-  deadline_text = seconds and ("the time limit of %g s has passed"):format(seconds)
-end
-
 ---@class limax.progress
 ---@field done integer robots that have ended, whatever their status
 ---@field robots integer robots that are simulated
@@ -133,7 +116,6 @@ function methods:advance(seconds, steps)
   local handle = object.handle(what, self, class)
   schema.demand(any_number, seconds, what .. ": seconds")
   steps = schema.demand(steps_rule, steps, what .. ": steps")
-  if host.clock() > deadline then fault.raise(deadline_text) end
   local out = ffi.new "limax_progress"
   abi.check(C.limax_simulation_advance(handle, seconds, steps, out), what)
   return progress_of(out)
@@ -143,7 +125,6 @@ end
 local function handles_of(what, simulations, seconds)
   schema.demand(schema.table, simulations, what .. ": simulations")
   schema.demand(any_number, seconds, what .. ": seconds")
-  if host.clock() > deadline then fault.raise(deadline_text) end
   local handles = ffi.new("limax_simulation *[?]", #simulations)
   for i, each in ipairs(simulations) do
     handles[i - 1] = object.handle(("%s: simulations[%d]"):format(what, i), each, class)
@@ -290,24 +271,20 @@ function methods:block(i)
     angular_velocity = part(10, 3) }
 end
 
--- [mass][3] numbers of a script as the interface takes them; nil stays nil.
+-- [mass][3] numbers of a script, or one list, as the interface takes them; nil stays nil.
 local function triples(what, rows, masses)
   if rows == nil then return nil end
   if view.is_view(rows) then rows = rows:table() end
-  local count = type(rows) == "table" and #rows
-  if count == 3 * masses and type(rows[1]) == "number" then
-    return ffi.new("double[?]", count, schema.demand(schema.numbers(count), rows, what))
-  elseif count ~= masses then
-    schema.refuse(what, ("%d rows of 3 numbers"):format(masses), rows, count)
+  local flat, expected = rows, ("%d rows of 3 numbers"):format(masses)
+  if type(rows) ~= "table" or type(rows[1]) ~= "number" then
+    flat = {}
+    local rule = schema.list(row_rule, { count = masses, expected = expected })
+    for _, row in ipairs(schema.demand(rule, rows, what)) do
+      for axis = 1, 3 do flat[#flat + 1] = row[axis] end
+    end
   end
-  local all = ffi.new("double[?]", math.max(1, 3 * masses))
-  for mass = 1, masses do
-    local row = rows[mass]
-    if view.is_view(row) then row = row:table() end
-    row = schema.demand(row_rule, row, ("%s[%d]"):format(what, mass))
-    for axis = 1, 3 do all[3 * mass - 4 + axis] = row[axis] end
-  end
-  return all
+  local flat_rule = schema.list(any_number, { count = 3 * masses, expected = expected })
+  return ffi.new("double[?]", math.max(1, 3 * masses), schema.demand(flat_rule, flat, what))
 end
 
 --- Sets positions (m) and velocities (m/s) of the masses of robot i before its first step.
@@ -328,6 +305,6 @@ function class:__tostring()
 end
 
 return {
-  class = class, simulation = simulation, options_of = options_of, limit_time = limit_time,
+  class = class, simulation = simulation, options_of = options_of,
   advance_together = advance_together, begin_together = begin_together,
 }

@@ -29,8 +29,6 @@ local function checked(name, call, arguments, parameters)
 end
 
 --- Raises for a name that `what` does not have.
----@param what string
----@param name any
 ---@param ... table tables whose keys are the names that there are
 function strict.unknown(what, name, ...)
   local names = {}
@@ -52,8 +50,6 @@ local function collector(prefix, implied, own)
 end
 
 --- A table for the functions of a module; `strict.close` ends it.
----@param module string
----@return table
 function strict.module(module) return collector(module .. ".", 0) end
 
 --- An `__newindex` that raises.
@@ -67,8 +63,6 @@ function strict.read_only(what, advice)
 end
 
 --- Makes reading or setting a name that a module does not have an error.
----@param module string
----@param list table
 ---@return table list
 function strict.close(module, list)
   local function unknown(_, name)
@@ -85,9 +79,7 @@ function strict.close(module, list)
 end
 
 --- A table for the methods of a class, which are called with a colon.
----@param class string
 ---@param own table|nil fields that it has already
----@return table
 function strict.methods(class, own) return collector(class .. ":", 1, own) end
 
 return strict

@@ -4,9 +4,6 @@ local suggest = {}
 
 --- Number of inserted, deleted, replaced or swapped neighbouring letters that turn `a` into `b`
 --- (optimal string alignment distance), case ignored.
----@param a string
----@param b string
----@return integer
 function suggest.distance(a, b)
   a, b = a:lower(), b:lower()
   local before, row = {}, {} -- rows i - 2 and i - 1 of the table
@@ -28,9 +25,6 @@ end
 
 --- The candidate nearest to `name`, or nil if none is near enough for a typing error. Of equally
 --- near ones the first in the alphabet.
----@param name any
----@param candidates string[]
----@return string|nil
 function suggest.nearest(name, candidates)
   if type(name) ~= "string" or name == "" then return nil end
   local best, best_distance
@@ -42,8 +36,8 @@ function suggest.nearest(name, candidates)
     local starts = #name >= 3 and candidate:lower():sub(1, #name) == name:lower()
     if starts then distance = math.min(distance, 1) end
     if distance <= math.max(1, math.floor((longer + 1) / 3)) and distance < longer then
-      local nearer = best == nil or distance < best_distance
-      if nearer or (distance == best_distance and candidate < best) then
+      if best == nil or distance < best_distance
+        or distance == best_distance and candidate < best then
         best, best_distance = candidate, distance
       end
     end
@@ -53,9 +47,6 @@ end
 
 --- The end of a message about an unknown name: a suggestion, else the list of candidates.
 --- `suggest.ending("gravty", { "gravity", "ground" })` is `; did you mean "gravity"?`
----@param name any
----@param candidates string[]
----@return string
 function suggest.ending(name, candidates)
   local nearest = suggest.nearest(name, candidates)
   if nearest then return ('; did you mean "%s"?'):format(nearest) end
@@ -65,6 +56,4 @@ function suggest.ending(name, candidates)
   return "; known are: " .. table.concat(sorted, ", ")
 end
 
--- suggest(name, candidates) is suggest.nearest(name, candidates)
-return setmetatable(suggest,
-  { __call = function(_, name, candidates) return suggest.nearest(name, candidates) end })
+return suggest

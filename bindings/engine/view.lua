@@ -12,7 +12,6 @@
 ---   needs, since scripts access millions of them.
 
 local ffi = require "ffi"
-local new_table = require "table.new"
 local fault = require "limax.engine.fault"
 local schema = require "limax.engine.schema"
 local strict = require "limax.engine.strict"
@@ -122,12 +121,6 @@ end
 
 -- ---- a view -------------------------------------------------------------------------------------
 
--- Has a view parts that are views, and not rows or numbers?
-local function has_parts(form, axis)
-  local left = #form.shape - axis
-  return left > 1 or left == 1 and form.range ~= nil
-end
-
 local function part(form, axis, offset)
   local self
   if form.range and axis == #form.shape then
@@ -136,9 +129,7 @@ local function part(form, axis, offset)
     states[self] = form.cells_state
   else
     self = new_view()
-    local state = new_table(has_parts(form, axis) and form.shape[axis] or 0, 3)
-    state.form, state.axis, state.offset = form, axis, offset
-    states[self] = state
+    states[self] = { form = form, axis = axis, offset = offset }
   end
   return self
 end
@@ -171,8 +162,9 @@ function class:__index(key)
   local form, axis = state.form, state.axis
   if not is_index(key, form.shape[axis]) then return field_of(state, key) end
   if form.life.stamp[0] ~= form.stamp then require_valid(form) end
+  local left = #form.shape - axis
   -- a row of a writable view is a view, not a copy
-  if has_parts(form, axis) then return state[key] or part_of(state, key) end
+  if left > 1 or left == 1 and form.range then return state[key] or part_of(state, key) end
   local offset = state.offset + (key - 1) * form.strides[axis]
   if axis < #form.shape then return row_of(form, offset) end
   return form.data[offset]

@@ -5,7 +5,6 @@
 #include <pthread.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <csignal>
@@ -13,6 +12,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <numeric>
 #include <string>
 #include <thread>
 #include <vector>
@@ -28,15 +28,11 @@ using namespace std::chrono_literals;
 constexpr std::chrono::milliseconds sign_interval = 500ms, longest_silence = 7s,
                                     watch_interval = 50ms;
 constexpr int tag_alive = 1, tag_finished = 2;
-// MPI counts with int: what is gathered is counted in units of so many bytes.
-constexpr std::int64_t unit = 64;
 
 int rank = 0, ranks = 1;
 MPI_Comm signs = MPI_COMM_NULL;
-MPI_Datatype unit_type = MPI_DATATYPE_NULL;
 MPI_Request pending = MPI_REQUEST_NULL;
 std::vector<int> counts, places;
-std::vector<char> padded;
 std::thread watcher;
 std::atomic<bool> stop_watching{false}, rank_0_reports{false};
 
@@ -112,8 +108,6 @@ LIMAX_PUBLIC int limax_ranks_start(int* own, int* count) {
     MPI_Comm_rank(MPI_COMM_WORLD, &rank);
     MPI_Comm_size(MPI_COMM_WORLD, &ranks);
     MPI_Comm_dup(MPI_COMM_WORLD, &signs);
-    MPI_Type_contiguous(int(unit), MPI_BYTE, &unit_type);
-    MPI_Type_commit(&unit_type);
     forget_launcher();
     *own = rank;
     *count = ranks;
@@ -133,23 +127,14 @@ LIMAX_PUBLIC void limax_ranks_gather_sizes(const int64_t* own, int64_t* sizes) {
     MPI_Iallgather(own, 1, MPI_INT64_T, sizes, 1, MPI_INT64_T, MPI_COMM_WORLD, &pending);
 }
 
-// The bytes that limax_ranks_gather needs for a text: a multiple of a unit.
-LIMAX_PUBLIC int64_t limax_ranks_padded(int64_t size) { return (size + unit - 1) / unit * unit; }
-
-// Begins to gather the texts of all ranks, each padded, one after the other, in `all`. `sizes` are
-// those of limax_ranks_gather_sizes.
+// Begins to gather the texts of all ranks, one after the other, in `all`: less than 2 GB, as MPI
+// counts with int. `sizes` are those of limax_ranks_gather_sizes.
 LIMAX_PUBLIC void limax_ranks_gather(const char* text, const int64_t* sizes, char* all) {
-    counts.assign(ranks, 0);
+    counts.assign(sizes, sizes + ranks);
     places.assign(ranks, 0);
-    for (int r = 0, place = 0; r < ranks; ++r) {
-        counts[r] = int(limax_ranks_padded(sizes[r]) / unit);
-        places[r] = place;
-        place += counts[r];
-    }
-    padded.assign(std::size_t(counts[rank]) * unit, 0);
-    std::copy_n(text, sizes[rank], padded.data());
-    MPI_Iallgatherv(padded.data(), counts[rank], unit_type, all, counts.data(), places.data(),
-                    unit_type, MPI_COMM_WORLD, &pending);
+    std::partial_sum(counts.begin(), counts.end() - 1, places.begin() + 1);
+    MPI_Iallgatherv(text, counts[rank], MPI_BYTE, all, counts.data(), places.data(), MPI_BYTE,
+                    MPI_COMM_WORLD, &pending);
 }
 
 // Whether what was begun last is complete.
