@@ -58,7 +58,6 @@ std::string_view entry_text(lua_State* L, int i) {
     return text;
 }
 
-// pack({ { name, bytes }, ... }): in that order
 int pack(lua_State* L) {
     luaL_checktype(L, 1, LUA_TTABLE);
     memory_archive archive({}, ZIP_CREATE | ZIP_TRUNCATE);
@@ -114,7 +113,6 @@ std::string read_entry(const memory_archive& archive, zip_uint64_t index, zip_ui
     return bytes;
 }
 
-// unpack(bytes) -> { { name, bytes }, ... }
 int unpack(lua_State* L) {
     const memory_archive archive(text_argument(L, 1), ZIP_RDONLY);
     const zip_int64_t count = zip_get_num_entries(archive.zip.get(), 0);

@@ -5,7 +5,6 @@
 
 #include <atomic>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <system_error>
 
@@ -53,12 +52,32 @@ void write_all(const descriptor& file, std::string_view text, const std::string&
     }
 }
 
-// A unique file beside `path`: a rename within a folder is atomic.
-std::string temporary_beside(const std::string& path) {
+// Writes a file beside `path`, as a rename within a folder is atomic, and gives it this name once
+// it is on disk; false where it must be new and the name exists.
+bool write_whole(const std::string& path, std::string_view text, mode_t mode, bool must_be_new) {
     static std::atomic<unsigned long> serial = 0;
-    const std::string name = path.substr(path.find_last_of('/') + 1);
-    return folder_of(path) + "/." + name + "." + std::to_string(getpid()) + "-" +
-           std::to_string(++serial) + ".part";
+    const std::string part = folder_of(path) + "/." + path.substr(path.find_last_of('/') + 1) +
+                             "." + std::to_string(getpid()) + "-" + std::to_string(++serial) +
+                             ".part";
+    // of a killed process that had the same number
+    unlink(part.c_str());
+    const descriptor file(open_path(part, O_WRONLY | O_CREAT | O_EXCL, mode));
+    if (!file.fine()) fail("create", path);
+    bool done = false;
+    try {
+        write_all(file, text, path);
+        if (persist([&] { return fsync(file.get()); }) != 0) fail("sync", path);
+        // unlike a rename, a link replaces nothing
+        const auto name_it = must_be_new ? link : rename;
+        done = name_it(part.c_str(), path.c_str()) == 0;
+        if (!done && !(must_be_new && errno == EEXIST)) fail("create", path);
+    } catch (const failure&) {
+        unlink(part.c_str());
+        throw;
+    }
+    if (must_be_new) unlink(part.c_str());
+    if (done) sync_path(folder_of(path), O_DIRECTORY);
+    return done;
 }
 
 // Appends with one write, on disk when it returns.
@@ -111,38 +130,11 @@ void write_atomic(const std::string& path, std::string_view text) {
 }
 
 void replace(const std::string& path, std::string_view text) {
-    const std::string part = temporary_beside(path);
-    const descriptor file(open_path(part, O_WRONLY | O_CREAT | O_TRUNC));
-    if (!file.fine()) fail("create", path);
-    try {
-        write_all(file, text, path);
-        if (persist([&] { return fsync(file.get()); }) != 0) fail("sync", path);
-        if (rename(part.c_str(), path.c_str()) != 0) fail("create", path);
-    } catch (const failure&) {
-        unlink(part.c_str());
-        throw;
-    }
-    sync_path(folder_of(path), O_DIRECTORY);
+    write_whole(path, text, file_mode, false);
 }
 
 bool create_private(const std::string& path, std::string_view text) {
-    const std::string name = path.substr(path.find_last_of('/') + 1);
-    std::string part = folder_of(path) + "/." + name + ".XXXXXX";
-    const descriptor file(mkostemp(part.data(), O_CLOEXEC));
-    if (!file.fine()) fail("create", path);
-    try {
-        write_all(file, text, path);
-        if (persist([&] { return fsync(file.get()); }) != 0) fail("sync", path);
-        // unlike a rename, it replaces nothing
-        const bool created = link(part.c_str(), path.c_str()) == 0;
-        if (!created && errno != EEXIST) fail("create", path);
-        unlink(part.c_str());
-        if (created) sync_path(folder_of(path), O_DIRECTORY);
-        return created;
-    } catch (const failure&) {
-        unlink(part.c_str());
-        throw;
-    }
+    return write_whole(path, text, private_mode, true);
 }
 
 void append(const std::string& path, std::string_view text, mode_t mode) {

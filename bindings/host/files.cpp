@@ -1,11 +1,12 @@
-// files.cpp: files and folders for scripts. Every function returns true (or its value), or nil and
-// a message with the path and the system's reason.
+// files.cpp: host.file: files and folders for scripts, as host.lua describes them. Every function
+// returns true (or its value), or nil and a message with the path and the system's reason.
 #include <sys/stat.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <set>
 #include <string>
-#include <string_view>
+#include <system_error>
 
 #include "durable.h"
 #include "guard.h"
@@ -19,7 +20,6 @@ namespace fs = std::filesystem;
 constexpr std::size_t largest_private = 65536;  // bytes
 const char* const lock_type = "limax.lock";
 
-// read_private(path): the text of a small file that only this user may read or write: a key
 int lua_read_private(lua_State* L) {
     const std::string path = path_argument(L, 1);
     const descriptor file(open_path(path, O_RDONLY | O_NONBLOCK));
@@ -39,7 +39,6 @@ int lua_read_private(lua_State* L) {
     return push(L, text);
 }
 
-// create_private(path, text): true; false where the name exists
 int lua_create_private(lua_State* L) {
     return push(L, create_private(path_argument(L, 1), text_argument(L, 2)));
 }
@@ -65,8 +64,6 @@ int lua_mkdir(lua_State* L) {
     return push(L, true);
 }
 
-// exists(path, [of_link]): "file" | "folder" | "other" | nil. A link counts as what it refers to,
-// or with `of_link` as "other".
 int lua_exists(lua_State* L) {
     std::error_code problem;
     const char* const path = path_argument(L, 1);
@@ -121,14 +118,13 @@ int lua_rename(lua_State* L) {
     return push(L, true);
 }
 
-// absolute(path): from the root, without "." and ".."; links are kept
+// From the root, without "." and ".."; links are kept.
 int lua_absolute(lua_State* L) {
     std::string path = fs::absolute(path_argument(L, 1)).lexically_normal().string();
     if (path.size() > 1 && path.back() == '/') path.pop_back();
     return push(L, path);
 }
 
-// The lock is the open descriptor: it ends with the handle and with the process.
 int lock_free(lua_State* L) {
     auto* const held = static_cast<int*>(luaL_checkudata(L, 1, lock_type));
     if (*held >= 0) close(*held);
@@ -136,27 +132,19 @@ int lock_free(lua_State* L) {
     return 0;
 }
 
-// The whole of a file, for fcntl.
-struct flock whole_file() {
-    struct flock whole {};
-    whole.l_type = F_WRLCK;
-    whole.l_whence = SEEK_SET;
-    return whole;
-}
-
 [[noreturn]] void fail_lock(const std::string& path) {
-    if (errno == EAGAIN || errno == EACCES) throw failure(path + " is in use by another process");
-    if (errno == ENOLCK || errno == ENOSYS || errno == EOPNOTSUPP)
-        throw failure("cannot lock " + path + ": its file system has no locks");
+    if (errno == EAGAIN || errno == EACCES)
+        throw failure(path + " is in use by another process", "locked");
     fail("lock", path);
 }
 
-// lock(path): locks a regular file, created if missing, for this process. The lock belongs to the
-// descriptor and ends with it; anybody who may read the file can ask about it.
+// The lock belongs to the descriptor and ends with it; anybody who may read the file can ask about
+// it.
 int lua_lock(lua_State* L) {
     const std::string path = path_argument(L, 1);
     descriptor file(open_own(path, O_RDWR | O_CREAT));
-    struct flock whole = whole_file();
+    struct flock whole {};  // the whole file
+    whole.l_type = F_WRLCK;
     if (fcntl(file.get(), F_OFD_SETLK, &whole) != 0) fail_lock(path);
     auto* const held = static_cast<int*>(lua_newuserdata(L, sizeof(int)));
     *held = file.release();
@@ -165,16 +153,51 @@ int lua_lock(lua_State* L) {
     return 1;
 }
 
-// is_locked(path): has a process, maybe this one, locked this regular file?
+// Whether a process, maybe this one, has locked the file.
 int lua_is_locked(lua_State* L) {
     const std::string path = path_argument(L, 1);
     const descriptor file(open_own(path, O_RDONLY | O_NONBLOCK));
-    struct flock whole = whole_file();
+    struct flock whole {};  // the whole file
+    whole.l_type = F_WRLCK;
     if (fcntl(file.get(), F_OFD_GETLK, &whole) != 0) fail_lock(path);
     return push(L, whole.l_type != F_UNLCK);
 }
 
+// ---- temporary folders ----
+
+std::set<std::string>& temporary_folders() {
+    static std::set<std::string> of_this_process;
+    return of_this_process;
+}
+
+// The path is absolute, as children may run elsewhere.
+int lua_temporary(lua_State* L) {
+    const char* const named = secure_getenv("TMPDIR");
+    const fs::path base = fs::absolute(named != nullptr && *named != '\0' ? named : "/tmp");
+    std::string path = (base / "limax-XXXXXX").string();
+    if (mkdtemp(path.data()) == nullptr) fail("make a folder in", base.string());
+    temporary_folders().insert(path);
+    return push(L, path);
+}
+
+int lua_remove_temporary(lua_State* L) {
+    const std::string path = path_argument(L, 1);
+    luaL_argcheck(L, temporary_folders().count(path) != 0, 1,
+                  "not a temporary folder of this process");
+    std::error_code problem;
+    fs::remove_all(path, problem);
+    if (problem) throw failure("cannot remove " + path + ": " + problem.message());
+    temporary_folders().erase(path);
+    return push(L, true);
+}
+
 }  // namespace
+
+void remove_temporaries() noexcept {
+    std::error_code ignored;
+    for (const std::string& path : temporary_folders()) fs::remove_all(path, ignored);
+    temporary_folders().clear();
+}
 
 void open_files(lua_State* L) {
     luaL_newmetatable(L, lock_type);
@@ -198,7 +221,8 @@ void open_files(lua_State* L) {
     add_function<lua_absolute>(L, "absolute");
     add_function<lua_lock>(L, "lock");
     add_function<lua_is_locked>(L, "is_locked");
-    add_temporaries(L);
+    add_function<lua_temporary>(L, "temporary");
+    add_function<lua_remove_temporary>(L, "remove_temporary");
     add_writer(L);
     lua_setfield(L, -2, "file");
 }

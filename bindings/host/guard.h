@@ -15,14 +15,16 @@ namespace limax::host {
 // Longest message of an exception, bytes; a longer one is cut.
 constexpr std::size_t longest_message = 8192;
 
-// A failure that a Lua function returns as nil and a message, instead of raising it.
+// A failure that a Lua function returns as nil, a message and its kind, instead of raising it.
 struct failure : std::runtime_error {
-    using std::runtime_error::runtime_error;
+    explicit failure(const std::string& message, const char* its_kind = nullptr)
+        : std::runtime_error(message), kind(its_kind) {}
+    const char* kind;  // a literal, by which scripts recognise it; null: none
 };
 
 // A lua_CFunction whose C++ exceptions become Lua errors at the caller's line; a `failure` becomes
-// nil and its message. Lua errors pass through: LuaJIT unwinds them as foreign exceptions, which
-// run destructors and which `catch (...)` would catch.
+// nil, its message and kind. Lua errors pass through: LuaJIT unwinds them as foreign exceptions,
+// which run destructors and which `catch (...)` would catch.
 template <lua_CFunction body>
 int guarded(lua_State* L) {
     char message[longest_message];
@@ -31,7 +33,8 @@ int guarded(lua_State* L) {
     } catch (const failure& problem) {
         lua_pushnil(L);
         lua_pushstring(L, problem.what());
-        return 2;
+        lua_pushstring(L, problem.kind);
+        return 3;
     } catch (const std::exception& problem) {
         std::snprintf(message, sizeof message, "%s", problem.what());
     }

@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <string>
 #include <system_error>
+#include <thread>
 
 #include "guard.h"
 #include "json.h"
@@ -97,7 +98,7 @@ int lua_exit(lua_State* L) {
     leave(L, status);
 }
 
-// open_library(name) -> true | nil, message: opens a library that is beside liblimax, for ffi.C
+// Opens a library that is beside liblimax, for ffi.C.
 int lua_open_library(lua_State* L) {
     if (dlopen(luaL_checkstring(L, 1), RTLD_NOW | RTLD_GLOBAL) != nullptr) return push(L, true);
     lua_pushnil(L);
@@ -117,6 +118,8 @@ void open_host(lua_State* L, const command_line& line) {
     set(L, "build", LIMAX_BUILD_TYPE);
     set(L, "cuda_compiler", LIMAX_CUDA_COMPILER);
     set(L, "cdef", limax_cdef);
+    // those that this process may use
+    set(L, "cores", std::thread::hardware_concurrency());
     add_function<lua_exit>(L, "exit");
     add_function<lua_open_library>(L, "open_library");
     open_signals(L);

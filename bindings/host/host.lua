@@ -9,27 +9,23 @@
 ---@field array fun(list: table): table marks a table, so that it is written as [] if it is empty
 ---@field is_array fun(value: any): boolean
 
----@class limax.host.lock
----@field free fun(self: limax.host.lock)
-
 -- Writes files asynchronously and in order, until one fails: a job that is done implies all before
 -- it. Jobs count from 1. `write`, `write_array` and `append` return the number of the job, and size
 -- and XXH3 of its bytes; of an array, which is hashed asynchronously, a placeholder of the hash.
 ---@class limax.host.writer
----@field write fun(self: limax.host.writer, path: string, text: string): integer, integer, string
---- complete or not at all
----@field array fun(self: limax.host.writer, bytes: integer): lightuserdata memory for the caller to
---- fill, and then to write with `write_array`
----@field write_array fun(self: limax.host.writer, path: string): integer, integer, string
----@field append fun(self: limax.host.writer, path: string, text: string): integer, integer, string
---- whole lines; not through a link
----@field append_sealed fun(self: limax.host.writer, path: string, line: string, bytes: integer):
---- integer a line of base/sealed.lua; placeholders in its first bytes are replaced
----@field hash fun(self: limax.host.writer, job: integer): string of an array on disk, once
----@field remove fun(self: limax.host.writer, path: string): integer a file, which may be missing
----@field wait fun(self: limax.host.writer, job?: integer): true|nil, string|nil waits until jobs up
---- to this one, or all, are on disk
----@field done fun(self: limax.host.writer): integer number of jobs on disk
+---@field write fun(self, path: string, text: string): integer, integer, string
+---@field array fun(self, bytes: integer): lightuserdata to fill, and then to write
+---@field write_array fun(self, path: string): integer, integer, string
+---@field append fun(self, path: string, text: string): integer, integer, string not through a link
+---@field append_sealed fun(self, path: string, line: string, bytes: integer): integer a line of
+--- base/sealed.lua; placeholders in its first bytes are replaced
+---@field hash fun(self, job: integer): string of an array on disk, once
+---@field remove fun(self, path: string): integer a file, which may be missing
+---@field wait fun(self, job?: integer): true|nil, string|nil until jobs up to this one, or all, are
+--- on disk
+---@field done fun(self): integer number of jobs on disk
+
+---@alias limax.host.lock { free: fun(self) }
 
 -- Each returns true (or its value), or nil and a message with the path.
 ---@class limax.host.file
@@ -47,10 +43,9 @@
 ---@field remove fun(path: string): true|nil, string|nil a file or an empty folder
 ---@field rename fun(from: string, to: string): true|nil, string|nil
 ---@field absolute fun(path: string): string
----@field lock fun(path: string): limax.host.lock|nil, string|nil locks a regular file, created if
---- missing, until it is freed or this process ends
----@field is_locked fun(path: string): boolean|nil, string|nil has a process locked this regular
---- file? Needs only the right to read it
+---@field lock fun(path: string): limax.host.lock|nil, string|nil, "locked"|nil locks a regular
+--- file, created if missing, until it is freed or this process ends; "locked": another one has it
+---@field is_locked fun(path: string): boolean|nil, string|nil needs only the right to read it
 ---@field temporary fun(): string|nil, string|nil path of a new folder in $TMPDIR, else in /tmp,
 --- that only this user can access; the process removes it at its end, unless it is killed
 ---@field remove_temporary fun(path: string): true|nil, string|nil with everything in it
@@ -67,9 +62,8 @@
 
 ---@class limax.host.request
 ---@field url string https, or http to this machine
----@field method? string GET, or POST with a body
 ---@field headers? table<string, string>
----@field body? string
+---@field body? string of a POST; a GET without it
 ---@field timeout? number s for the whole exchange, 60
 ---@field connect_timeout? number s until the connection is established, 30
 ---@field largest? integer bytes of an answer's body, unpacked; 16777216 (16 MiB)
@@ -77,56 +71,20 @@
 ---@field allow_insecure? boolean plain http to other machines as well
 
 ---@class limax.host.answer
----@field status integer
+---@field status integer 0 if a request failed and no answer began
 ---@field headers table<string, string> names in lower case
----@field body string
-
--- What came before a request failed; status is 0 if no answer began.
----@class limax.host.http_problem: limax.host.answer
+---@field body string what came
 ---@field kind "url"|"resolve"|"connect"|"connect_timeout"|"tls"|"certificate"|"timeout"|"reset"|
----"partial"|"size"|"headers"|"encoding"|"protocol"
----@field curl string libcurl's message
+---"partial"|"size"|"headers"|"encoding"|"protocol"|nil of a failure
+---@field curl string|nil libcurl's message about it
 
----@class limax.host.url
----@field scheme string
----@field host string an IPv6 address in brackets
----@field port? string
----@field path string
----@field query? string
----@field fragment? string
----@field loopback boolean is the host this machine?
----@field credentials boolean does it contain a user or a password?
+-- As libcurl reads it; an IPv6 address is in brackets. `loopback`: is the host this machine?
+-- `credentials`: does it contain a user or a password?
+---@alias limax.host.url { scheme: string, host: string, port?: string, path: string,
+---query?: string, fragment?: string, loopback: boolean, credentials: boolean }
 
--- The list part has its children.
----@class limax.host.element
----@field name string
----@field text string its own, CDATA included
----@field attributes table<string, string>
-
--- Entries are { name, bytes }. At most 1000 entries and 256 MiB are unpacked, in memory; names of
--- places outside of the archive are refused.
----@class limax.host.zip
----@field pack fun(entries: string[][]): string equal entries give equal bytes
----@field unpack fun(archive: string): string[][]|nil, string|nil
-
----@class limax.host.sandboxed
----@field source string Lua text that returns a function(text, limits)
----@field name string of the source, "=parse.lua"
----@field text string
----@field limits table
-
--- Pixels are texts of four bytes each (red, green, blue, opacity), rows from the top.
----@class limax.host.image
----@field gif fun(width: integer, height: integer, frames: string[], hundredths: integer): string
---- an animation that repeats, each frame shown for so many hundredths of a second
-
----@class limax.host.terminal
----@field stdin boolean
----@field stdout boolean
----@field stderr boolean
----@field columns integer
----@field color boolean on the standard output
----@field color_stderr boolean
+-- The list part has its children; its own text includes CDATA.
+---@alias limax.host.element { name: string, text: string, attributes: table<string, string> }
 
 ---@class limax.host.line_editor
 ---@field read fun(prompt: string, complete: fun(before: string): (string|nil, string|nil)):
@@ -134,53 +92,48 @@
 --- to insert and one to show
 ---@field remember fun(text: string) adds to the history
 
----@class limax.host.environment
----@field compiler string
----@field build string
----@field cpu string
----@field cores integer that this process may use
----@field hostname string
----@field system string
----@field luajit string
----@field cuda string|nil version of the driver
----@field cuda_compiler string|nil the nvcc found by CMake
-
 ---@class limax.host
 ---@field home string the data folder, with scripts/, prompts/ and materials/
 ---@field executable string
 ---@field version string
+---@field commit string|nil
 ---@field cdef string the declarations of limax.h
+---@field cores integer that this process may use
 ---@field json limax.host.json
 ---@field file limax.host.file
 ---@field signal limax.host.signal
 ---@field interrupt table the error value that Ctrl-C raises
----@field interrupted fun(): boolean
 ---@field raise_if_interrupted fun()
 ---@field protect fun(call: function, ...): boolean, any, any a pcall that also catches Ctrl-C
 ---@field within fun(seconds: number, handler: function, call: function, ...): boolean, any an
 --- xpcall without the compiler that is stopped after so many seconds
----@field sandbox fun(request: limax.host.sandboxed, seconds?: number): boolean, any, string|nil,
---- string|nil runs a parser in a child process: true and what it returned (the second and third are
+---@field sandbox fun(request: { source: string, name: string, text: string, limits: table },
+---seconds?: number): boolean, any, string|nil, string|nil runs a parser, Lua text that returns a
+--- function(text, limits), in a child process: true and what it returned (the second and third are
 --- texts), or false and why. 5 s are the most and the default
 ---@field exit fun(status?: integer) flushes output and frees objects
----@field image limax.host.image
+---@field image { gif: fun(width: integer, height: integer, frames: string[],
+---hundredths: integer): string } an animation that repeats, each frame shown for so many hundredths
+--- of a second; pixels are four bytes each (red, green, blue, opacity), rows from the top
 ---@field deflate fun(bytes: string): string a zlib stream
 ---@field sha256 fun(text: string): string hexadecimal
 ---@field hmac_sha256 fun(key: string, text: string): string hexadecimal
 ---@field xxh3 fun(text: string): string 64 bits, hexadecimal
 ---@field http fun(request: limax.host.request): limax.host.answer|nil, string|nil,
----limax.host.http_problem|nil
----@field url fun(text: string): limax.host.url|nil, string|nil as libcurl reads it
----@field zip limax.host.zip
+---limax.host.answer|nil nil, a message and what came before it failed
+---@field url fun(text: string): limax.host.url|nil, string|nil
+---@field zip { pack: fun(entries: string[][]): string, unpack: fun(archive: string): string[][] }
+--- entries are { name, bytes }; equal ones give equal bytes. At most 1000 entries and 256 MiB are
+--- unpacked, in memory; names of places outside of the archive are refused (nil and a message)
 ---@field xml fun(text: string, origin?: string): limax.host.element|nil, string|nil the root; a
 --- document type is refused, only XML's own entities are expanded
 ---@field clock fun(): number s, monotonic
 ---@field wait fun(seconds: number) Ctrl-C ends it at once
 ---@field time fun(): string "2026-11-21T10:15:03Z"
----@field terminal fun(): limax.host.terminal
----@field line_editor limax.host.line_editor|nil nil if limax was built without libedit
----@field environment fun(): limax.host.environment
----@field opens fun(library: string): true|nil, string|nil can this shared library be loaded?
+---@field terminal fun(): { stdin: boolean, stdout: boolean, stderr: boolean, columns: integer,
+---color: boolean, color_stderr: boolean } are they terminals that show colours?
+---@field line_editor limax.host.line_editor
+---@field environment fun(): table<string, string|integer> facts about this machine and build
 local host = {}
 
 return host

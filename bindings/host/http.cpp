@@ -11,7 +11,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <stdexcept>
 #include <string>
 
@@ -91,7 +90,6 @@ int url(lua_State* L) {
 
 struct http_request {
     std::string url;
-    std::string method;
     std::map<std::string, std::string> headers;
     std::optional<std::string> body;
     std::string ca_file;  // certificates to trust instead of the system's; empty: the system's
@@ -112,56 +110,29 @@ std::string line_at(lua_State* L, int index, const std::string& name) {
     return std::string(text);
 }
 
-// The fields of the table at index 1.
-
-std::string line_field(lua_State* L, const char* name) {
+// A field of the table at index 1, above 0.
+double number_field(lua_State* L, const char* name, int most, int usual) {
     lua_getfield(L, 1, name);
-    return lua_isnil(L, -1) ? "" : line_at(L, -1, name);
-}
-
-double number_field(lua_State* L, const char* name, double least, double most, double usual,
-                    const char* expected) {
-    lua_getfield(L, 1, name);
-    if (lua_isnil(L, -1)) return usual;
-    const double value = lua_type(L, -1) == LUA_TNUMBER ? lua_tonumber(L, -1) : 0;
-    if (!(value > 0 && value >= least && value <= most))
-        refuse(std::string(name) + " must be " + expected);
+    const double value = lua_isnil(L, -1) ? usual : lua_tonumber(L, -1);
+    if (!(value > 0 && value <= most))
+        refuse(std::string(name) + " must be a number above 0, at most " + std::to_string(most));
     return value;
 }
 
 http_request read_request(lua_State* L) {
     luaL_checktype(L, 1, LUA_TTABLE);
-    static const std::set<std::string> known = {"allow_insecure",  "body",    "ca_file",
-                                                "connect_timeout", "headers", "largest",
-                                                "method",          "timeout", "url"};
-    for (lua_pushnil(L); lua_next(L, 1) != 0; lua_pop(L, 1)) {
-        const std::string name =
-            lua_type(L, -2) == LUA_TSTRING ? lua_tostring(L, -2) : luaL_typename(L, -2);
-        if (known.count(name) == 1) continue;
-        std::string names;
-        for (const std::string& each : known) names += (names.empty() ? "" : ", ") + each;
-        refuse("unknown field '" + name + "'; known are: " + names);
-    }
     http_request request;
-    request.url = line_field(L, "url");
-    if (request.url.empty()) refuse("the field url is missing");
-    request.ca_file = line_field(L, "ca_file");
-    request.timeout =
-        number_field(L, "timeout", 0, 86400, 60, "a number of seconds above 0, at most 86400");
-    request.connect_timeout =
-        number_field(L, "connect_timeout", 0, 30, 30, "a number of seconds above 0, at most 30");
-    request.largest = number_field(L, "largest", 1, largest_answer, largest_answer,
-                                   "a number of bytes, 1 to 16777216");
+    request.timeout = number_field(L, "timeout", 86400, 60);
+    request.connect_timeout = number_field(L, "connect_timeout", 30, 30);
+    request.largest = number_field(L, "largest", largest_answer, largest_answer);
     lua_getfield(L, 1, "allow_insecure");
-    if (!lua_isnil(L, -1) && !lua_isboolean(L, -1)) refuse("allow_insecure must be true or false");
     request.allow_insecure = lua_toboolean(L, -1) != 0;
+    lua_getfield(L, 1, "url");
+    request.url = line_at(L, -1, "url");
+    lua_getfield(L, 1, "ca_file");
+    if (!lua_isnil(L, -1)) request.ca_file = line_at(L, -1, "ca_file");
     lua_getfield(L, 1, "body");
-    if (lua_type(L, -1) == LUA_TSTRING)
-        request.body = text_at(L, -1);
-    else if (!lua_isnil(L, -1))
-        refuse(std::string("body must be a string, not a ") + luaL_typename(L, -1));
-    request.method = line_field(L, "method");
-    if (request.method.empty()) request.method = request.body ? "POST" : "GET";
+    if (lua_type(L, -1) == LUA_TSTRING) request.body = text_at(L, -1);
     lua_getfield(L, 1, "headers");
     if (lua_isnil(L, -1)) return request;
     if (!lua_istable(L, -1)) refuse("headers must be a table");
@@ -233,7 +204,7 @@ void set_option(CURL* easy, CURLoption option, value to) {
 // The kind of failure, as one word by which scripts decide about a retry. `begun`: was the
 // connection established?
 const char* kind_of(CURLcode code, const http_answer& answer, bool begun) {
-    if (answer.over_size || code == CURLE_FILESIZE_EXCEEDED) return "size";
+    if (answer.over_size) return "size";
     if (answer.header_bytes > largest_headers) return "headers";
     if (code == CURLE_OPERATION_TIMEDOUT) return begun ? "timeout" : "connect_timeout";
     static const std::map<CURLcode, const char*> kinds = {
@@ -289,17 +260,13 @@ void set_request(CURL* easy, const http_request& request, const url_parts& where
     set_option(easy, CURLOPT_TIMEOUT_MS, milliseconds(request.timeout));
     set_option(easy, CURLOPT_CONNECTTIMEOUT_MS,
                milliseconds(std::min(request.timeout, request.connect_timeout)));
-    set_option(easy, CURLOPT_MAXFILESIZE_LARGE, static_cast<curl_off_t>(request.largest));
     // a proxy may be another machine
     if (where.loopback) set_option(easy, CURLOPT_NOPROXY, "*");
     if (request.body) {
         set_option(easy, CURLOPT_POSTFIELDSIZE_LARGE,
                    static_cast<curl_off_t>(request.body->size()));
         set_option(easy, CURLOPT_POSTFIELDS, request.body->data());
-    } else if (request.method == "HEAD") {
-        set_option(easy, CURLOPT_NOBODY, 1L);
     }
-    set_option(easy, CURLOPT_CUSTOMREQUEST, request.method.c_str());
 }
 
 http_answer perform(const http_request& request, const url_parts& where) {

@@ -19,25 +19,9 @@
 namespace limax::host {
 namespace {
 
-constexpr int largest_side = 20000;  // px
 constexpr int palette_size = 256;
 constexpr int clear_index = 255;  // of the palette: a transparent pixel
 constexpr int bucket_count = 32 * 32 * 32;
-
-std::string_view pixels_argument(lua_State* L, int index, int width, int height) {
-    const std::string_view bytes = text_argument(L, index);
-    if (bytes.size() != std::size_t(width) * std::size_t(height) * 4)
-        throw std::runtime_error("expected " + std::to_string(width) + " x " +
-                                 std::to_string(height) + " pixels of four bytes, got " +
-                                 std::to_string(bytes.size()) + " bytes");
-    return bytes;
-}
-
-int side_argument(lua_State* L, int index) {
-    const int side = luaL_checkint(L, index);
-    luaL_argcheck(L, side >= 1 && side <= largest_side, index, "a side has 1 to 20000 pixels");
-    return side;
-}
 
 // ---- GIF ----
 
@@ -113,9 +97,8 @@ void put_loop(GifFileType* file) {
     check_gif(EGifPutExtensionTrailer(file), file);
 }
 
-// gif(width, height, frames, hundredths) -> bytes: an animation, each frame shown so many 1/100 s
 int lua_gif(lua_State* L) {
-    const int width = side_argument(L, 1), height = side_argument(L, 2);
+    const int width = luaL_checkint(L, 1), height = luaL_checkint(L, 2);
     luaL_checktype(L, 3, LUA_TTABLE);
     const int delay = luaL_checkint(L, 4);
     luaL_argcheck(L, delay >= 1 && delay <= 65535, 4, "a frame is shown 1 to 65535 hundredths");
@@ -124,7 +107,9 @@ int lua_gif(lua_State* L) {
     luaL_argcheck(L, count > 0, 3, "an animation needs a frame");
     for (int k = 1; k <= count; ++k) {
         lua_rawgeti(L, 3, k);  // the table keeps the text alive
-        frames.push_back(pixels_argument(L, -1, width, height));
+        frames.push_back(text_argument(L, -1));
+        if (frames.back().size() != std::size_t(width) * std::size_t(height) * 4)
+            throw std::runtime_error("expected four bytes for each pixel");
         lua_pop(L, 1);
     }
     const palette colors = make_palette(frames);
@@ -168,7 +153,7 @@ int lua_gif(lua_State* L) {
     return push(L, bytes);
 }
 
-// deflate(bytes) -> bytes: a zlib stream (RFC 1950), as small as zlib makes it
+// A zlib stream (RFC 1950), as small as zlib makes it.
 int lua_deflate(lua_State* L) {
     const std::string_view bytes = text_argument(L, 1);
     uLongf size = compressBound(uLong(bytes.size()));

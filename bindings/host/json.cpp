@@ -67,12 +67,48 @@ private:
 
     void number(double x) {
         if (!std::isfinite(x)) refuse(std::isnan(x) ? "NaN" : "infinity");
-        append_json_number(text_, x);
+        const bool whole = std::trunc(x) == x;
+        char digits[40];
+        std::to_chars_result end{};
+        if (x == 0 && std::signbit(x)) {
+            text_ += "-0.0";
+            return;
+        }
+        if (whole && std::fabs(x) <= json_largest_integer)
+            end = std::to_chars(digits, digits + sizeof digits, static_cast<long long>(x));
+        else if (whole)
+            // readers refuse long whole numbers: write an exponent
+            end = std::to_chars(digits, digits + sizeof digits, x, std::chars_format::scientific);
+        else
+            end = std::to_chars(digits, digits + sizeof digits, x);
+        text_.append(digits, end.ptr);
     }
 
     void string(std::string_view bytes) {
-        if (const std::size_t bad = append_json_string(text_, bytes); bad != std::string_view::npos)
+        if (const std::size_t bad = find_invalid_utf8(bytes); bad != std::string_view::npos)
             refuse("a string that is not UTF-8 (byte " + std::to_string(bad + 1) + ")");
+        text_ += '"';
+        std::size_t plain = 0;  // start of the letters that need no escape
+        for (std::size_t i = 0; i < bytes.size(); ++i) {
+            const char letter = bytes[i];
+            const auto code = static_cast<unsigned char>(letter);
+            if (code >= 0x20 && letter != '"' && letter != '\\') continue;
+            text_.append(bytes, plain, i - plain);
+            plain = i + 1;
+            switch (letter) {
+                case '"': text_ += "\\\""; break;
+                case '\\': text_ += "\\\\"; break;
+                case '\n': text_ += "\\n"; break;
+                case '\r': text_ += "\\r"; break;
+                case '\t': text_ += "\\t"; break;
+                default:
+                    text_ += "\\u00";
+                    text_ += "0123456789abcdef"[code >> 4];
+                    text_ += "0123456789abcdef"[code & 15];
+            }
+        }
+        text_.append(bytes, plain);
+        text_ += '"';
     }
 
     void table(int index) {
@@ -178,7 +214,6 @@ constexpr int largest_indent = 16;
 
 int null_text(lua_State* L) { return push(L, "null"); }
 
-// encode(value [, { indent = spaces }]) -> text
 int encode(lua_State* L) {
     luaL_checkany(L, 1);
     int indent = 0;
@@ -191,7 +226,6 @@ int encode(lua_State* L) {
     return push(L, encode_json(L, 1, indent));
 }
 
-// decode(text [, origin])
 int decode(lua_State* L) {
     decode_json(L, text_argument(L, 1), luaL_optstring(L, 2, "JSON text"));
     return 1;
@@ -233,59 +267,6 @@ std::size_t find_invalid_utf8(std::string_view text) {
         const bool surrogate = letter >> 11 == 0x1b;
         if (letter < least[more] || surrogate || letter > 0x10ffff) return i;
     }
-    return std::string_view::npos;
-}
-
-void append_json_number(std::string& out, double x) {
-    char digits[40];
-    const bool whole = std::trunc(x) == x;
-    const bool exact = whole && std::fabs(x) <= json_largest_integer;
-    std::to_chars_result end{};
-    if (x == 0 && std::signbit(x)) {
-        out += "-0.0";
-        return;
-    }
-    if (exact)
-        end = std::to_chars(digits, digits + sizeof digits, static_cast<long long>(x));
-    else if (whole)
-        // readers refuse long whole numbers: write an exponent
-        end = std::to_chars(digits, digits + sizeof digits, x, std::chars_format::scientific);
-    else
-        end = std::to_chars(digits, digits + sizeof digits, x);
-    out.append(digits, end.ptr);
-}
-
-std::size_t append_json_string(std::string& out, std::string_view bytes) {
-    const auto is_plain = [](char letter) {
-        return letter >= 0x20 && letter < 0x7f && letter != '"' && letter != '\\';
-    };
-    if (std::all_of(bytes.begin(), bytes.end(), is_plain)) {
-        out.append(1, '"').append(bytes).append(1, '"');
-        return std::string_view::npos;
-    }
-    if (const std::size_t bad = find_invalid_utf8(bytes); bad != std::string_view::npos) return bad;
-    out += '"';
-    std::size_t plain = 0;  // start of the letters that need no escape
-    for (std::size_t i = 0; i < bytes.size(); ++i) {
-        const char letter = bytes[i];
-        const auto code = static_cast<unsigned char>(letter);
-        if (code >= 0x20 && letter != '"' && letter != '\\') continue;
-        out.append(bytes, plain, i - plain);
-        plain = i + 1;
-        switch (letter) {
-            case '"': out += "\\\""; break;
-            case '\\': out += "\\\\"; break;
-            case '\n': out += "\\n"; break;
-            case '\r': out += "\\r"; break;
-            case '\t': out += "\\t"; break;
-            default:
-                out += "\\u00";
-                out += "0123456789abcdef"[code >> 4];
-                out += "0123456789abcdef"[code & 15];
-        }
-    }
-    out.append(bytes, plain);
-    out += '"';
     return std::string_view::npos;
 }
 

@@ -21,11 +21,6 @@ bool is_json_array(lua_State* L, int index);
 // Offset of the first byte that is not UTF-8; npos if there is none.
 std::size_t find_invalid_utf8(std::string_view text);
 
-// Appends a finite number: the shortest text that reads back equal, independent of the locale.
-void append_json_number(std::string& out, double x);
-// Appends a text in quotes; or nothing, and returns as find_invalid_utf8 what is wrong with it.
-std::size_t append_json_string(std::string& out, std::string_view bytes);
-
 // Text of the value at `index`, keys sorted by bytes. `indent` 0 writes one line. Throws with the
 // place in the value.
 std::string encode_json(lua_State* L, int index, int indent);

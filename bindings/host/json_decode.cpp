@@ -2,11 +2,8 @@
 // no duplicate keys, no whole number beyond 2^53, no nesting deeper than json_nesting.
 #include <algorithm>
 #include <charconv>
-#include <cstddef>
 #include <cstdint>
-#include <iterator>
 #include <nlohmann/json.hpp>
-#include <regex>
 #include <stdexcept>
 
 #include "guard.h"
@@ -17,29 +14,11 @@ namespace {
 
 constexpr std::string_view number_letters = "+-0123456789.eE";
 
-// An iterator over the text that records how far the parser has read: its events have no position.
-struct cursor {
-    using iterator_category = std::input_iterator_tag;
-    using value_type = char;
-    using difference_type = std::ptrdiff_t;
-    using pointer = const char*;
-    using reference = const char&;
-
-    const char* at;
-    const char** read;
-
-    reference operator*() const { return *at; }
-    cursor& operator++() {
-        *read = ++at;
-        return *this;
-    }
-    bool operator!=(const cursor& other) const { return at != other.at; }
-    bool operator==(const cursor& other) const { return at == other.at; }
-};
-
-// Refuses the text with "origin: line L, column C: what", columns counted in characters.
+// Refuses the text with "origin: line L, column C: what", columns counted in characters; without
+// the place if the offset is npos.
 [[noreturn]] void refuse(const std::string& origin, std::string_view text, std::size_t offset,
                          const std::string& what) {
+    if (offset == std::string_view::npos) throw failure(origin + ": " + what);
     const std::string_view before = text.substr(0, offset);
     const auto lines = std::count(before.begin(), before.end(), '\n');
     const std::string_view line = before.substr(before.rfind('\n') + 1);
@@ -51,16 +30,16 @@ struct cursor {
 }
 
 // The parser's message without "[json.exception...] parse error at line 1, column 2: ".
-std::string bare(const std::string& message) {
-    static const std::regex prefix(R"(^\[[^\]]*\] (parse error[^:]*: )?)");
-    return std::regex_replace(message, prefix, "");
+std::string bare(std::string message) {
+    message.erase(0, message.find("] ") + 2);
+    if (message.rfind("parse error", 0) == 0) message.erase(0, message.find(": ") + 2);
+    return message;
 }
 
 // Builds the value on the Lua stack: an array takes one slot, an object one and one for a pending
 // key.
 struct builder {
-    builder(lua_State* L, std::string_view text, const char* const* read)
-        : L_(L), text_(text), read_(read) {}
+    explicit builder(lua_State* L) : L_(L) {}
 
     bool null() {
         push_json_null(L_);
@@ -73,18 +52,18 @@ struct builder {
     bool number_integer(std::int64_t value) {
         if (value >= -static_cast<std::int64_t>(json_largest_integer))
             return number(static_cast<double>(value));
-        return refuse_integer();
+        return refuse_integer(std::to_string(value));
     }
     bool number_unsigned(std::uint64_t value) {
         if (value <= static_cast<std::uint64_t>(json_largest_integer))
             return number(static_cast<double>(value));
-        return refuse_integer();
+        return refuse_integer(std::to_string(value));
     }
     // Reads the digits again: the parser has replaced the point by the locale's decimal point.
     bool number_float(double, std::string digits) {
         for (char& letter : digits)
             if (number_letters.find(letter) == std::string_view::npos) letter = '.';
-        if (digits.find_first_of(".eE") == std::string::npos) return refuse_integer();
+        if (digits.find_first_of(".eE") == std::string::npos) return refuse_integer(digits);
         double value = 0;
         const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), value);
         // too small for a double: from_chars leaves the value unchanged
@@ -95,7 +74,7 @@ struct builder {
         lua_pushlstring(L_, value.data(), value.size());
         return store();
     }
-    bool binary(const nlohmann::json::binary_t&) { return refuse(offset(), "binary data"); }
+    bool binary(const nlohmann::json::binary_t&) { return refuse("binary data"); }
 
     bool start_object(std::size_t) { return start(true); }
     bool end_object() { return end(); }
@@ -110,18 +89,15 @@ struct builder {
         lua_rawget(L_, -3);
         const bool twice = !lua_isnil(L_, -1);
         lua_pop(L_, 1);
-        if (!twice) return true;
-        // back to the opening quote: inside the string every quote follows a backslash
-        std::size_t start = offset() - 2;
-        while (text_[start] != '"' || text_[start - 1] == '\\') --start;
-        return refuse(start, "the key \"" + name + "\" comes twice");
+        return !twice || refuse("the key \"" + name + "\" comes twice");
     }
     bool parse_error(std::size_t position, const std::string&, const std::exception& error) {
-        return refuse(position == 0 ? 0 : position - 1, bare(error.what()));
+        error_offset = position == 0 ? 0 : position - 1;
+        return refuse(bare(error.what()));
     }
 
-    // of a refused text
-    std::size_t error_offset = 0;
+    // of a refused text; the parser reports no place of its events
+    std::size_t error_offset = std::string_view::npos;
     std::string error_text;
 
 private:
@@ -130,24 +106,14 @@ private:
         int count;
     };
 
-    std::size_t offset() const { return static_cast<std::size_t>(*read_ - text_.data()); }
-
-    bool refuse(std::size_t at, std::string text) {
-        error_offset = at;
+    bool refuse(std::string text) {
         error_text = std::move(text);
         return false;
     }
-    bool refuse_integer() {
-        static constexpr std::string_view integer_letters = "-0123456789";
-        // the parser reads one letter past a number, except at the end of the text
-        std::size_t end = offset();
-        while (end > 0 && integer_letters.find(text_[end - 1]) == std::string_view::npos) --end;
-        std::size_t start = end;
-        while (start > 0 && integer_letters.find(text_[start - 1]) != std::string_view::npos)
-            --start;
-        return refuse(start, "the whole number " + std::string(text_.substr(start, end - start)) +
-                                 " is beyond 2^53, where a double cannot represent all of them; "
-                                 "write it as a string");
+    bool refuse_integer(const std::string& digits) {
+        return refuse("the whole number " + digits +
+                      " is beyond 2^53, where a double cannot represent all of them; write it as "
+                      "a string");
     }
     bool number(double value) {
         lua_pushnumber(L_, value);
@@ -155,8 +121,7 @@ private:
     }
     bool start(bool object) {
         if (depth_ == json_nesting)
-            return refuse(offset() - 1,
-                          "nested deeper than " + std::to_string(json_nesting) + " levels");
+            return refuse("nested deeper than " + std::to_string(json_nesting) + " levels");
         lua_newtable(L_);
         levels_[depth_++] = {object, 0};
         return true;
@@ -177,8 +142,6 @@ private:
     }
 
     lua_State* L_;
-    std::string_view text_;
-    const char* const* read_;
     level levels_[json_nesting]{};
     int depth_ = 0;
 };
@@ -192,11 +155,8 @@ void decode_json(lua_State* L, std::string_view text, const std::string& origin)
     if (lua_checkstack(L, 2 * json_nesting + 8) == 0)
         throw std::runtime_error("the stack is too full to read JSON");
     const int top = lua_gettop(L);
-    const char* read = text.data();
-    builder handler(L, text, &read);
-    const cursor first{text.data(), &read};
-    const cursor last{text.data() + text.size(), &read};
-    if (nlohmann::json::sax_parse(first, last, &handler)) return;
+    builder handler(L);
+    if (nlohmann::json::sax_parse(text.begin(), text.end(), &handler)) return;
     lua_settop(L, top);
     refuse(origin, text, handler.error_offset, handler.error_text);
 }

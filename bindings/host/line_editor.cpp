@@ -1,10 +1,5 @@
 // line_editor.cpp: libedit at the prompt. We read its input with short waits, so that Ctrl-C is
 // noticed at once, and redraw after a resize or a return from the background.
-#include "guard.h"
-#include "modules.h"
-#include "signals.h"
-
-#ifdef LIMAX_WITH_LIBEDIT
 #include <histedit.h>
 #include <poll.h>
 #include <termios.h>
@@ -17,18 +12,20 @@
 #include <cwchar>
 #include <memory>
 #include <string>
-#endif
+#include <string_view>
+
+#include "guard.h"
+#include "modules.h"
+#include "signals.h"
 
 namespace limax::host {
 namespace {
-
-#ifdef LIMAX_WITH_LIBEDIT
 
 // Time between checks for Ctrl-C.
 constexpr int wait_slice = 100;  // ms
 constexpr int longest_history = 10000;
 
-// an argument of `read`, which stays on its stack while a line is read
+// arguments of `read`, which stay on its stack while a line is read
 constexpr int complete_argument = 2;
 
 volatile std::sig_atomic_t resized = 0;
@@ -36,37 +33,14 @@ volatile std::sig_atomic_t continued = 0;
 volatile std::sig_atomic_t reading = 0;
 termios before_reading{};  // written while `reading` is 0
 
-struct editor {
+struct {
     std::unique_ptr<EditLine, decltype(&el_end)> line{nullptr, el_end};
     std::unique_ptr<History, decltype(&history_end)> history{nullptr, history_end};
     std::string prompt;
     lua_State* L = nullptr;  // while a line is read
-};
+} the_editor;
 
-editor& the_editor() {
-    static editor only;
-    return only;
-}
-
-// UTF-8 while a line is read, on this thread only; everything else stays in "C".
-class utf8_locale {
-public:
-    utf8_locale() {
-        static const locale_t utf8 = newlocale(LC_CTYPE_MASK, "C.UTF-8", nullptr);
-        if (utf8 != nullptr) before_ = uselocale(utf8);
-    }
-    ~utf8_locale() {
-        if (before_ != nullptr) uselocale(before_);
-    }
-    utf8_locale(const utf8_locale&) = delete;
-    utf8_locale& operator=(const utf8_locale&) = delete;
-
-private:
-    locale_t before_ = nullptr;
-};
-
-void on_resize(int) { resized = 1; }
-void on_continue(int) { continued = 1; }
+void on_change(int signal) { (signal == SIGWINCH ? resized : continued) = 1; }
 
 // Restores the terminal before the process ends or stops. Async-signal-safe.
 void on_leaving(int signal) {
@@ -80,10 +54,8 @@ void follow_terminal() {
     struct sigaction action {};
     sigemptyset(&action.sa_mask);
     action.sa_flags = SA_RESTART;
-    action.sa_handler = on_resize;
-    sigaction(SIGWINCH, &action, nullptr);
-    action.sa_handler = on_continue;
-    sigaction(SIGCONT, &action, nullptr);
+    action.sa_handler = on_change;
+    for (const int signal : {SIGWINCH, SIGCONT}) sigaction(signal, &action, nullptr);
     action.sa_handler = on_leaving;
     action.sa_flags = static_cast<int>(SA_RESTART | SA_RESETHAND | SA_NODEFER);
     for (const int signal : {SIGTERM, SIGHUP, SIGTSTP}) sigaction(signal, &action, nullptr);
@@ -133,12 +105,12 @@ int read_key(EditLine* line, wchar_t* key) {
     }
 }
 
-char* prompt_of(EditLine*) { return the_editor().prompt.data(); }
+char* prompt_of(EditLine*) { return the_editor.prompt.data(); }
 
 // Calls complete(text before the cursor), which returns a text to insert and one to show.
 unsigned char complete(EditLine* line, int) {
     const LineInfo* const typed = el_line(line);
-    lua_State* const L = the_editor().L;
+    lua_State* const L = the_editor.L;
     lua_pushvalue(L, complete_argument);
     lua_pushlstring(L, typed->buffer, static_cast<std::size_t>(typed->cursor - typed->buffer));
     // no error may pass through libedit's frames: on an error the terminal beeps
@@ -157,7 +129,11 @@ unsigned char complete(EditLine* line, int) {
     return done;
 }
 
-void begin(editor& now) {
+void begin() {
+    auto& now = the_editor;
+    // how letters are read and shown at the prompt; LuaJIT and numbers do not depend on it
+    // NOLINTNEXTLINE(concurrency-mt-unsafe): before the first line is read
+    std::setlocale(LC_CTYPE, "C.UTF-8");
     now.line.reset(el_init("limax", stdin, stdout, stderr));
     now.history.reset(history_init());
     if (!now.line || !now.history) throw std::runtime_error("cannot begin libedit");
@@ -176,33 +152,21 @@ void begin(editor& now) {
     follow_terminal();
 }
 
-editor& started() {
-    editor& now = the_editor();
-    if (!now.line) begin(now);
-    return now;
-}
-
-// read(prompt, complete) -> line without its end, or nil at the end of the input. Ctrl-C raises as
-// everywhere.
 int lua_read(lua_State* L) {
-    std::size_t length = 0;
-    const char* const prompt = luaL_checklstring(L, 1, &length);
+    const std::string_view prompt = text_argument(L, 1);
     luaL_checktype(L, complete_argument, LUA_TFUNCTION);
+    auto& now = the_editor;
+    if (!now.line) begin();
+    now.prompt = prompt;
+    now.L = L;
+    tcgetattr(STDIN_FILENO, &before_reading);
+    reading = 1;
+    // libedit would do it after showing the prompt, and keys in between would be echoed twice
+    el_set(now.line.get(), EL_PREP_TERM, 1);
     int count = 0;
-    const char* line = nullptr;
-    {
-        const utf8_locale letters;
-        editor& now = started();
-        now.prompt.assign(prompt, length);
-        now.L = L;
-        tcgetattr(STDIN_FILENO, &before_reading);
-        reading = 1;
-        // libedit would do it after showing the prompt, and keys in between would be echoed twice
-        el_set(now.line.get(), EL_PREP_TERM, 1);
-        line = el_gets(now.line.get(), &count);
-        reading = 0;
-        now.L = nullptr;
-    }
+    const char* const line = el_gets(now.line.get(), &count);
+    reading = 0;
+    now.L = nullptr;
     if (interrupted()) {
         std::fputs("^C", stdout);
         std::fflush(stdout);
@@ -212,34 +176,26 @@ int lua_read(lua_State* L) {
         lua_pushnil(L);
         return 1;
     }
-    std::size_t size = std::char_traits<char>::length(line);
-    if (size > 0 && line[size - 1] == '\n') --size;
-    lua_pushlstring(L, line, size);
-    return 1;
+    std::string_view text = line;
+    if (!text.empty() && text.back() == '\n') text.remove_suffix(1);
+    return push(L, text);
 }
 
-// remember(text): the newest entry of the history
 int lua_remember(lua_State* L) {
     const char* const text = luaL_checkstring(L, 1);
-    const utf8_locale letters;
     HistEvent event{};
-    history(started().history.get(), &event, H_ENTER, text);
+    if (!the_editor.line) begin();
+    history(the_editor.history.get(), &event, H_ENTER, text);
     return 0;
 }
-
-#endif
 
 }  // namespace
 
 void open_line_editor(lua_State* L) {
-#ifdef LIMAX_WITH_LIBEDIT
     lua_newtable(L);
     add_function<lua_read>(L, "read");
     add_function<lua_remember>(L, "remember");
     lua_setfield(L, -2, "line_editor");
-#else
-    static_cast<void>(L);
-#endif
 }
 
 }  // namespace limax::host

@@ -13,7 +13,6 @@ void open_files(lua_State* L);
 void open_hashes(lua_State* L);
 void open_http(lua_State* L);
 void open_images(lua_State* L);
-// Absent where limax is built without libedit.
 void open_line_editor(lua_State* L);
 // Tracebacks leave out files below `home` that only launch a script.
 void open_protect(lua_State* L, const std::string& home);
@@ -26,9 +25,6 @@ std::string xxh3(std::string_view text);
 
 // Replaces the globals `next` and `pairs`.
 void replace_next(lua_State* L);
-
-// Adds the functions for temporary folders to the table `file` on top of the stack.
-void add_temporaries(lua_State* L);
 
 // Removes the temporary folders of this process, at its end.
 void remove_temporaries() noexcept;

@@ -15,26 +15,18 @@ int next(lua_State* L) {
     return 1;
 }
 
-// Upvalues: LuaJIT's pairs, LuaJIT's next, and the next above. LuaJIT's own calls `__pairs` of
-// cdata only.
+// Upvalues: LuaJIT's pairs, which calls `__pairs` of cdata only, and the next above.
 int pairs(lua_State* L) {
-    if (luaL_getmetafield(L, 1, "__pairs") == 0) {
-        luaL_checktype(L, 1, LUA_TTABLE);
-    } else if (lua_istable(L, 1)) {
+    const bool is_table = lua_istable(L, 1);
+    if (is_table && luaL_getmetafield(L, 1, "__pairs") == 0) {
+        lua_pushvalue(L, lua_upvalueindex(2));
         lua_pushvalue(L, 1);
-        lua_call(L, 1, 3);
+        lua_pushnil(L);
         return 3;
-    } else {
-        lua_pop(L, 1);
     }
-    lua_settop(L, 1);
-    lua_pushvalue(L, lua_upvalueindex(1));
-    lua_insert(L, 1);
+    if (!is_table) lua_pushvalue(L, lua_upvalueindex(1));
+    lua_pushvalue(L, 1);
     lua_call(L, 1, 3);
-    if (lua_rawequal(L, 1, lua_upvalueindex(2)) != 0) {
-        lua_pushvalue(L, lua_upvalueindex(3));
-        lua_replace(L, 1);
-    }
     return 3;
 }
 
@@ -42,11 +34,10 @@ int pairs(lua_State* L) {
 
 void replace_next(lua_State* L) {
     lua_getglobal(L, "pairs");
-    lua_getglobal(L, "next");
     lua_pushcfunction(L, next);
     lua_pushvalue(L, -1);
     lua_setglobal(L, "next");
-    lua_pushcclosure(L, pairs, 3);
+    lua_pushcclosure(L, pairs, 2);
     lua_setglobal(L, "pairs");
 }
 

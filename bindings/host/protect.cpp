@@ -9,9 +9,8 @@
 namespace limax::host {
 namespace {
 
-// A traceback of a deep recursion shows only the first frames and the last levels.
-constexpr int frames_first = 12;
-constexpr int levels_last = 16;
+// Most frames of a traceback: those next to the error.
+constexpr int most_frames = 24;
 
 std::string home;  // the home folder
 
@@ -33,32 +32,16 @@ std::string describe(const lua_Debug& frame) {
     return line + "the function of line " + std::to_string(frame.linedefined);
 }
 
-// Number of levels of the stack, by bisection: one query takes time in proportion to its level.
-int depth(lua_State* L) {
-    lua_Debug frame{};
-    int beyond = 1;
-    while (lua_getstack(L, beyond, &frame) != 0) beyond *= 2;
-    for (int step = beyond / 4; step > 0; step /= 2)
-        if (lua_getstack(L, beyond - step, &frame) == 0) beyond -= step;
-    return beyond;
-}
-
 // Lines of the Lua frames from `level` outwards, each after a line break.
 std::string frames(lua_State* L, int level) {
     std::string text;
     int shown = 0;
-    const int all = depth(L);
     for (lua_Debug frame{}; lua_getstack(L, level, &frame) != 0; ++level) {
-        if (shown == frames_first && all - level > levels_last) {
-            text += "\n  ... " + std::to_string(all - level - levels_last) + " more";
-            level = all - levels_last;
-            lua_getstack(L, level, &frame);
-        }
         lua_getinfo(L, "Sln", &frame);
         // C frames have no line
         if (*frame.what == 'C' || frame.currentline < 1 || launches(frame.source)) continue;
+        if (++shown > most_frames) return text + "\n  ...";
         text += describe(frame);
-        ++shown;
     }
     return text;
 }
@@ -89,7 +72,6 @@ int wrap_error(lua_State* L) {
     return 1;
 }
 
-// protect(f, ...) -> true, results... | false, error, traceback
 int protect(lua_State* L) {
     luaL_checktype(L, 1, LUA_TFUNCTION);
     const bool fine = protected_call(L, lua_gettop(L) - 1);

@@ -209,10 +209,7 @@ int parse(lua_State* L) {
 }
 
 std::string answer_to(std::string request) {
-    struct closer {
-        void operator()(lua_State* L) const { lua_close(L); }
-    };
-    const std::unique_ptr<lua_State, closer> state(luaL_newstate());
+    const std::unique_ptr<lua_State, decltype(&lua_close)> state(luaL_newstate(), lua_close);
     lua_State* const L = state.get();
     if (L == nullptr) return out_of_memory;
     luaJIT_setmode(L, 0, LUAJIT_MODE_ENGINE | LUAJIT_MODE_OFF);

@@ -18,7 +18,6 @@
 #include <set>
 #include <string>
 #include <string_view>
-#include <system_error>
 
 #include "guard.h"
 #include "limax.h"
@@ -181,20 +180,16 @@ private:
     sigset_t before_{};
 };
 
-int lua_interrupted(lua_State* L) { return push(L, interrupted()); }
-
 int lua_raise_if_interrupted(lua_State* L) { return interrupted() ? raise_interrupt(L) : 0; }
 
 int lua_status(lua_State* L) { return push(L, interrupt_status()); }
 
-// rearm() -> boolean: false after SIGTERM, after which nothing goes on
 int lua_rearm(lua_State* L) {
     acknowledge_interrupt();
     pressed = false;
     return push(L, pressed_signal != SIGTERM);
 }
 
-// on_hard_stop(line): the line for standard error if the process ends without Lua; nil: none
 int lua_on_hard_stop(lua_State* L) {
     // none is ever freed: the handler may be about to read it
     static std::deque<std::string> lines;
@@ -204,9 +199,7 @@ int lua_on_hard_stop(lua_State* L) {
     return 0;
 }
 
-// watch(name) -> name before: names the user's function that runs; nil: none does
 int lua_watch(lua_State* L) {
-    // none is ever freed: the handler may be about to read it
     static std::set<std::string> names;
     const std::string* const before = watched;
     const std::string* const now =
@@ -230,8 +223,7 @@ void handle(int signal, void (*handler)(int)) {
     action.sa_mask = interrupts();
     // no SA_RESTART for Ctrl-C: a read that waits for input must return to Lua
     action.sa_flags = signal == SIGALRM ? SA_RESTART : 0;
-    if (sigaction(signal, &action, nullptr) != 0)
-        throw std::system_error(errno, std::generic_category(), "cannot handle a signal");
+    sigaction(signal, &action, nullptr);
 }
 
 }  // namespace
@@ -290,7 +282,6 @@ void open_signals(lua_State* L) {
 
     push_interrupt(L);
     lua_setfield(L, -2, "interrupt");
-    add_function<lua_interrupted>(L, "interrupted");
     add_function<lua_raise_if_interrupted>(L, "raise_if_interrupted");
     lua_newtable(L);
     add_function<lua_rearm>(L, "rearm");

@@ -33,8 +33,7 @@ void push_interrupt(lua_State* L);
 // Raises it. Only where no C++ exception is being handled.
 int raise_interrupt(lua_State* L);
 
-// Adds interrupt, interrupted, raise_if_interrupted and signal to the host table on top of the
-// stack.
+// Adds interrupt, raise_if_interrupted and signal to the host table on top of the stack.
 void open_signals(lua_State* L);
 
 }  // namespace limax::host

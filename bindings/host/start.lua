@@ -108,8 +108,6 @@ ffi.cdef [[
 int clock_gettime(int clock, long* seconds_and_nanoseconds);
 int ioctl(int descriptor, unsigned long request, ...);
 int isatty(int descriptor);
-int sched_getaffinity(int process, size_t size, void* set);
-int uname(void* names);
 int usleep(unsigned microseconds);
 ]]
 local C = ffi.C
@@ -163,34 +161,18 @@ local function found(path, pattern)
   return text and text:match(pattern)
 end
 
-local function usable_cores()
-  local set, count = ffi.new "uint8_t[128]", 0
-  if C.sched_getaffinity(0, ffi.sizeof(set), set) < 0 then return 1 end
-  for k = 0, 8 * ffi.sizeof(set) - 1 do
-    count = count + bit.band(bit.rshift(set[bit.rshift(k, 3)], bit.band(k, 7)), 1)
-  end
-  return count
-end
-
 function host.environment()
-  local names = ffi.new "char[6][65]" -- struct utsname
-  C.uname(names)
-  local kernel, hostname, release, machine = ffi.string(names[0]), ffi.string(names[1]),
-    ffi.string(names[2]), ffi.string(names[4])
+  local function kernel(name) return found("/proc/sys/kernel/" .. name, "[^\n]+") or "" end
   local system = found("/etc/os-release", 'PRETTY_NAME="?([^"\n]+)')
   return {
-    compiler = host.compiler, build = host.build, luajit = jit.version, hostname = hostname,
-    cpu = found("/proc/cpuinfo", "model name%s*:%s*([^\n]-)%s*\n") or machine,
-    cores = usable_cores(),
-    system = ("%s%s %s"):format(system and system .. ", " or "", kernel, release),
+    compiler = host.compiler, build = host.build, luajit = jit.version, cores = host.cores,
+    hostname = kernel "hostname",
+    cpu = found("/proc/cpuinfo", "model name%s*:%s*([^\n]-)%s*\n") or jit.arch,
+    system = ("%s%s %s"):format(system and system .. ", " or "", kernel "ostype",
+      kernel "osrelease"),
     cuda = found("/proc/driver/nvidia/version", "NVRM version:%s*([^\n]-)%s*\n"),
     cuda_compiler = host.cuda_compiler ~= "" and host.cuda_compiler or nil,
   }
-end
-
-function host.opens(library)
-  local fine, message = pcall(ffi.load, library)
-  return fine or nil, not fine and message or nil
 end
 
 return require("limax.main").main { ... }

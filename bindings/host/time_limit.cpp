@@ -23,7 +23,6 @@ constexpr double most_seconds = 1e6;
 // The call that is timed; one at a time, on the thread that runs Lua.
 struct limit {
     steady::time_point deadline;
-    bool stack_full = false;
     int memory_before = 0;  // kB
     bool out_of_memory = false;
     bool stopped = false;
@@ -31,25 +30,12 @@ struct limit {
 };
 limit* timed = nullptr;
 
-// LuaJIT calls no hook on a stack that is almost full, so a recursion that catches its own overflow
-// (`function f() pcall(f) return f() end`) is stopped before: of 65500 slots so many must be free.
-constexpr int free_slots = 7900;
-
-// May raise "stack overflow" instead of returning false, as LuaJIT 2.1.0-beta3 does; the next call
-// returns false then.
-bool has_room(lua_State* L, limit& limit) {
-    if (limit.stack_full) return false;
-    limit.stack_full = true;
-    limit.stack_full = lua_checkstack(L, free_slots) == 0;
-    return !limit.stack_full;
-}
-
 // Raises in every further instruction, so that no pcall of the function can catch it.
 void check(lua_State* L, lua_Debug* frame) {
     if (timed == nullptr) return;
     if (!timed->stopped) {
         timed->out_of_memory = lua_gc(L, LUA_GCCOUNT, 0) - timed->memory_before > most_growth;
-        if (has_room(L, *timed) && !timed->out_of_memory && steady::now() < timed->deadline) return;
+        if (!timed->out_of_memory && steady::now() < timed->deadline) return;
         timed->stopped = true;
         if (lua_getinfo(L, "Sl", frame) != 0 && frame->currentline > 0)
             std::snprintf(timed->place, sizeof timed->place, " (at %s:%d)", frame->short_src,
@@ -92,9 +78,7 @@ int within(lua_State* L) {
     if (interrupted()) return raise_interrupt(L);
     if (!here.stopped) return results;
     push(L, false);
-    if (here.stack_full)
-        lua_pushfstring(L, "stack overflow: its recursion has no end%s", here.place);
-    else if (here.out_of_memory)
+    if (here.out_of_memory)
         lua_pushfstring(L, "it took more than %d MB%s", most_growth >> 10, here.place);
     else
         lua_pushfstring(L, "it did not come back within %f s%s", seconds, here.place);

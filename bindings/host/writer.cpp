@@ -6,21 +6,19 @@
 // later.
 #include <signal.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <condition_variable>
 #include <cstdint>
 #include <cstdio>
 #include <deque>
 #include <exception>
+#include <map>
 #include <mutex>
 #include <new>
 #include <string>
-#include <system_error>
 #include <thread>
 #include <unordered_map>
 #include <utility>
-#include <vector>
 
 #include "durable.h"
 #include "guard.h"
@@ -57,12 +55,7 @@ public:
         sigset_t all, before;
         sigfillset(&all);
         pthread_sigmask(SIG_SETMASK, &all, &before);
-        try {
-            thread_ = std::thread([this] { work(); });
-        } catch (const std::system_error& problem) {
-            pthread_sigmask(SIG_SETMASK, &before, nullptr);
-            throw failure("cannot start the thread that writes files: " + problem.code().message());
-        }
+        thread_ = std::thread([this] { work(); });
         pthread_sigmask(SIG_SETMASK, &before, nullptr);
     }
     // Carries out all jobs first.
@@ -87,22 +80,13 @@ public:
         return ++added_;
     }
 
-    // Memory of so many bytes, which `take_array` returns: that of an earlier array, which costs no
-    // page faults.
+    // Memory of so many bytes, which `take_array` returns: that of an earlier array of about this
+    // size, which costs no page faults.
     char* array(std::size_t bytes) {
         {
             const std::lock_guard lock(mutex_);
-            const auto most = [](const std::string& a, const std::string& b) {
-                return a.capacity() < b.capacity();
-            };
-            const auto enough = [&](const std::string& each) { return each.capacity() >= bytes; };
-            std::sort(spares_.begin(), spares_.end(), most);
-            auto found = std::find_if(spares_.begin(), spares_.end(), enough);
-            if (found == spares_.end() && !spares_.empty()) --found;
-            if (found != spares_.end()) {
-                array_ = std::move(*found);
-                spares_.erase(found);
-            }
+            const auto found = spares_.lower_bound(bytes);
+            if (found != spares_.end()) array_ = std::move(spares_.extract(found).mapped());
         }
         array_.resize(bytes);
         return array_.data();
@@ -180,7 +164,7 @@ private:
             lock.lock();
             if (problem.empty()) {
                 if (next.what == task::write_array && spares_.size() < most_spares)
-                    spares_.push_back(std::move(next.bytes));
+                    spares_.emplace(next.bytes.capacity(), std::move(next.bytes));
                 jobs_.pop_front();
                 ++done_;
             }
@@ -196,7 +180,7 @@ private:
     std::uint64_t done_ = 0;
     std::string array_;  // used by the thread that runs scripts
     static constexpr std::size_t most_spares = 4;
-    std::vector<std::string> spares_;                      // of arrays that are on disk
+    std::multimap<std::size_t, std::string> spares_;  // of arrays that are on disk, by capacity
     std::unordered_map<std::string, std::string> hashes_;  // of arrays, by their placeholders
     std::string problem_;                                  // of the first job that failed
     bool ends_ = false;
@@ -228,7 +212,6 @@ int lua_array(lua_State* L) {
     return 1;
 }
 
-// write_array(path): the job's number, the size of the array, and the placeholder of its hash
 int lua_write_array(lua_State* L) {
     writer& target = writer_argument(L);
     job next = {path_argument(L, 2), target.take_array(), task::write_array};
@@ -240,8 +223,6 @@ int lua_write_array(lua_State* L) {
     return 3;
 }
 
-// append_sealed(path, line, bytes): a line of base/sealed.lua, whose first bytes may contain
-// placeholders; returns the job's number
 int lua_append_sealed(lua_State* L) {
     const std::string_view line = lines_argument(L, 3);
     const lua_Number bytes = luaL_checknumber(L, 4);
@@ -252,7 +233,6 @@ int lua_append_sealed(lua_State* L) {
                                            task::append_sealed, static_cast<std::size_t>(bytes)}));
 }
 
-// hash(job): that of an array that is on disk, once
 int lua_hash(lua_State* L) {
     const lua_Number number = luaL_checknumber(L, 2);
     return push(L, writer_argument(L).take_hash(static_cast<std::uint64_t>(number)));

@@ -13,41 +13,35 @@ namespace {
 
 // Deepest nesting: VoxCad's files have ten levels.
 constexpr int deepest = 64;
-// Most elements and attributes together: VoxCad's files have some hundred. A Lua table takes fifty
-// times the bytes of an empty element.
-constexpr int most_elements = 100000;
-// Most '<' and most '=': a document with more is refused before its tree is made.
-constexpr int most_marks = 4 * most_elements;
+// Most '<' and most '=', counted before the tree is made, which bounds the elements and attributes:
+// VoxCad's files have some hundred. A Lua table takes fifty times the bytes of an empty element.
+constexpr int most_marks = 200000;
 
 [[noreturn]] void refuse(const std::string& origin, const std::string& what) {
     throw failure(origin + ": " + what);
 }
 
 [[noreturn]] void refuse_size(const std::string& origin) {
-    refuse(origin, "more than " + std::to_string(most_elements) +
-                       " elements and attributes, or nested deeper than " +
-                       std::to_string(deepest));
+    refuse(origin, "too large: at most " + std::to_string(most_marks) + " of '<' and of '=', and " +
+                       std::to_string(deepest) + " levels are read");
 }
 
-// Pushes { name, text, attributes, children... }. `left`: elements and attributes that are still
-// allowed.
-void push_element(lua_State* L, const pugi::xml_node& element, const std::string& origin, int level,
-                  int& left) {
-    if (level > deepest || --left < 0) refuse_size(origin);
+// Pushes { name, text, attributes, children... }.
+void push_element(lua_State* L, const pugi::xml_node& element, const std::string& origin,
+                  int level) {
+    if (level > deepest) refuse_size(origin);
     luaL_checkstack(L, 4, "XML");
     lua_newtable(L);
     set(L, "name", element.name());
     lua_newtable(L);
-    for (const pugi::xml_attribute& attribute : element.attributes()) {
-        if (--left < 0) refuse_size(origin);
+    for (const pugi::xml_attribute& attribute : element.attributes())
         set(L, attribute.name(), attribute.value());
-    }
     lua_setfield(L, -2, "attributes");
     std::string text;
     int count = 0;
     for (const pugi::xml_node& child : element.children()) {
         if (child.type() == pugi::node_element) {
-            push_element(L, child, origin, level + 1, left);
+            push_element(L, child, origin, level + 1);
             lua_rawseti(L, -2, ++count);
         } else {
             text += child.value();
@@ -72,8 +66,7 @@ int xml(lua_State* L) {
     if (document.find_child(
             [](pugi::xml_node child) { return child.type() == pugi::node_doctype; }))
         refuse(origin, "declares a document type, which is refused");
-    int left = most_elements;
-    push_element(L, document.document_element(), origin, 1, left);
+    push_element(L, document.document_element(), origin, 1);
     return 1;
 }
 
