@@ -1,6 +1,7 @@
 --- doctor.lua: `limax doctor`: lists what this machine has and what is missing, and checks the
 --- simulation.
 
+local ffi = require "ffi"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
@@ -174,7 +175,7 @@ local function gather(ask)
   local description = device:describe()
   local compiled, flags = jit.status(), {}
   for i = 2, select("#", jit.status()) do flags[i - 1] = (select(i, jit.status())) end
-  local driver_opens, driver_missing = host.opens(DRIVER)
+  local driver_opens, driver_missing = pcall(ffi.load, DRIVER)
   local facts = {
     version = host.version, commit = host.commit, build = environment.build,
     compiler = environment.compiler,
@@ -184,7 +185,8 @@ local function gather(ask)
     isa = description.isa, isa_best = passes.best(description),
     isa_warning = passes.warning(description),
     cuda_compiler = environment.cuda_compiler, cuda_driver = driver_opens or false,
-    cuda_driver_version = environment.cuda, cuda_driver_missing = driver_missing,
+    cuda_driver_version = environment.cuda,
+    cuda_driver_missing = not driver_opens and driver_missing or nil,
     luajit = jit.version, jit = compiled, jit_flags = table.concat(flags, " "),
     tools = tools(), self_check = self_check(device),
   }

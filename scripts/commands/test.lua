@@ -28,8 +28,8 @@ local command = {
       value = 1, text = "files to run at a time" },
     { name = "limit", argument = "S", kind = "number", minimum = 0.001,
       text = "seconds that a test may take if it sets no limit" },
-    { name = "one-process", text = "run in this process, for a debugger: a limit ends only "
-      .. "simulations" },
+    { name = "one-process", text = "run in this process, for a debugger: a limit ends no "
+      .. "test" },
     { name = "update-golden", text = "record golden values that are new or differ, and show how" },
     { name = "reason", argument = "TEXT", text = "why they differ, stored in their files" },
     { name = "list", text = "print the tests and run none" },

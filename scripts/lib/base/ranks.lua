@@ -45,8 +45,10 @@ function ranks.gather(text)
   ffi.C.limax_ranks_gather_sizes(own, sizes)
   wait(LONGEST_WAIT)
   local total, list = 0, {}
-  for r = 0, ranks.count - 1 do
-    total = total + tonumber(ffi.C.limax_ranks_padded(sizes[r]))
+  for r = 0, ranks.count - 1 do total = total + tonumber(sizes[r]) end
+  if total >= 2 ^ 31 then
+    failure.raise(1, ("the ranks cannot exchange %d bytes at once, only less than 2^31: a smaller "
+      .. "population is needed"):format(total))
   end
   local all = ffi.new("char[?]", math.max(total, 1))
   in_flight[4] = all
@@ -55,7 +57,7 @@ function ranks.gather(text)
   local place = 0
   for r = 0, ranks.count - 1 do
     list[r + 1] = r == ranks.index and text or ffi.string(all + place, tonumber(sizes[r]))
-    place = place + tonumber(ffi.C.limax_ranks_padded(sizes[r]))
+    place = place + tonumber(sizes[r])
   end
   in_flight = nil
   return list
@@ -83,7 +85,6 @@ local function start()
   ffi.cdef [[
     int limax_ranks_start(int* own, int* count);
     void limax_ranks_gather_sizes(const int64_t* own, int64_t* sizes);
-    int64_t limax_ranks_padded(int64_t size);
     void limax_ranks_gather(const char* text, const int64_t* sizes, char* all);
     int limax_ranks_done(void);
     int limax_ranks_reports(void);

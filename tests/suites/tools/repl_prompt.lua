@@ -104,7 +104,6 @@ suite:test("history keeps whole statements, readable only by the user", function
   local mode = io.popen(("stat -c %%a %s"):format(process.quote(folder .. "/state/limax/history")))
   t:equal(mode:read "*l", "600")
   mode:close()
-  if not host.line_editor then return end
   local up = "\16" -- Ctrl-P
   local second = typed.run(t, { prompt, { keys = up, ends = "> first = 1" },
     { keys = up, ends = "end" }, { keys = "\n", ends = ">", breaks = true }, leave },
@@ -113,7 +112,6 @@ suite:test("history keeps whole statements, readable only by the user", function
 end)
 
 suite:test("Tab completes and lists candidates at the terminal", function(t)
-  if not host.line_editor then t:skip "built without libedit" end
   local folder = t:folder()
   process.write(folder .. "/champion.json", "{}")
   local function tab(text, result) return { keys = text .. "\t", ends = "> " .. result } end

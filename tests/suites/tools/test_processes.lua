@@ -93,7 +93,7 @@ end)
   t:ok(seconds < process.LATE, ("the processes ended after %.1f s"):format(seconds))
 end)
 
-running:test("a limit ends a simulation and fails a slow test", function(t)
+running:test("a limit ends an endless test and fails a slow one", function(t)
   local path = trial(t, [[
 local limax = require "limax"
 suite:test("simulates", { limit = 0.2 }, function()
@@ -104,7 +104,7 @@ suite:test("is not limited by the one before", function(t) t:ok(true) end)
 ]])
   local output = limax("test", path)
   -- on a busy machine a test may be ended from outside
-  for limit, text in pairs { ["0.2"] = "the time limit of 0.2 s has passed",
+  for limit, text in pairs { ["0.2"] = "its limit of 0.2 s: its process was ended",
     ["0.01"] = "s; its limit is 0.01 s" } do
     t:ok(output:find(text, 1, true)
       or output:find(("of its limit of %s s: its process was ended"):format(limit), 1, true),

@@ -99,7 +99,7 @@ function attempt.send(client, messages, format, question, timeout)
   local body = host.json.encode(fields)
   local time, started = host.time(), machine.clock()
   local answer, message, problem = machine.http {
-    url = endpoint.url, method = "POST", headers = endpoint.headers(), body = body,
+    url = endpoint.url, headers = endpoint.headers(), body = body,
     timeout = timeout, connect_timeout = CONNECT, largest = LARGEST,
     allow_insecure = client.options.allow_insecure or false, ca_file = client.options.ca_file,
   }

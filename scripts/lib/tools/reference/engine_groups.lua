@@ -35,7 +35,6 @@ scene  limax.engine.scene { gravity = true }
 simulation  limax.engine.simulation(robots, materials, scene, { duration = 0.1 })
 begin_together  limax.engine.begin_together({ simulation }, 0.01)
 advance_together  limax.engine.advance_together({ simulation }, 0.01)
-limit_time  limax.engine.limit_time(nil)
 modes  limax.engine.modes(robots, 1, materials, scene, {}, nil, 3)[1].frequency
 random  limax.engine.random(1, 1, "user"):uniform()
 pareto  limax.engine.pareto { { 3, 1 }, { 2, 2 }, { 1, 1 } }
@@ -102,7 +101,6 @@ table  materials:table().name
     examples = [[
 device:describe=methods:describe  device:describe().kind
 encoding:matrix=methods:matrix  encoding:matrix()
-encoding:features=methods:features  encoding:features()
 scene:table=methods:table  scene:table()
 object:free=shared:free  device:free()
 ]] },

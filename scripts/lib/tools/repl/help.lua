@@ -133,7 +133,7 @@ function help.show(topic)
     for _, group in ipairs(api.groups()) do
       topics[#topics + 1] = plain_title(group)
     end
-    local nearest = suggest(topic, topics)
+    local nearest = suggest.nearest(topic, topics)
     failure.raise(1, ("no help on %q%s"):format(topic,
       nearest and ("; did you mean %q?"):format(nearest) or "; ? lists all topics"))
   end

@@ -68,7 +68,7 @@ names.environment = setmetatable(own, {
   __index = function(_, name)
     local value = names.get(name)
     if value == nil and not declared[name] then
-      local nearest = suggest(name, names.all())
+      local nearest = suggest.nearest(name, names.all())
       local ending = HINTS[name] and "; " .. HINTS[name]
         or nearest and ("; did you mean %q?"):format(nearest) or ""
       error(("undefined name '%s'%s"):format(tostring(name), ending), 2)

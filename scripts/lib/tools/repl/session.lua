@@ -71,7 +71,7 @@ end
 -- A line of the terminal, nil at its end; `before` is the beginning of an incomplete statement.
 local function read(before)
   local prompt = before and ".. " or "> "
-  if host.line_editor and host.terminal().stdout then
+  if host.terminal().stdout then
     local function complete(typed)
       return require("limax.tools.repl.complete").edit(before and before .. "\n" .. typed or typed)
     end
@@ -87,12 +87,7 @@ end
 function session.talk()
   local editor, history = host.line_editor, require "limax.tools.repl.history"
   output.write(("limax %s. ? for help, Ctrl-D ends, Ctrl-C interrupts.\n"):format(host.version))
-  if not editor then
-    output.write("Built without libedit: lines cannot be edited (try rlwrap limax repl)\n")
-  end
-  for _, entry in ipairs(history.open()) do
-    if editor then editor.remember(entry) end
-  end
+  for _, entry in ipairs(history.open()) do editor.remember(entry) end
   local text
   while true do
     local fine, line = host.protect(read, text)
@@ -113,7 +108,7 @@ function session.talk()
         if not host.signal.rearm() then return host.signal.status() end
       end
       if done ~= nil then
-        if history.add(text) and editor then editor.remember(text) end
+        if history.add(text) then editor.remember(text) end
         text = nil
       end
     end

@@ -92,9 +92,8 @@ end
 
 -- Locks a file of the sweep until this process ends; nil if another process has locked it.
 local function lock_of(out, name)
-  local lock, message = host.file.lock(("%s/.locks/%s"):format(out, name))
-  -- the host tells a lock of another process from other errors by the text only
-  if lock or message:find("in use by another process", 1, true) then return lock end
+  local lock, message, kind = host.file.lock(("%s/.locks/%s"):format(out, name))
+  if lock or kind == "locked" then return lock end
   failure.raise(1, message)
 end
 

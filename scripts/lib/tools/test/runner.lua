@@ -208,9 +208,7 @@ local function run(file, instance, state)
   }
   if not result then
     local limit = instance.limit
-    engine.limit_time(limit)
     local fine, value, trace = without_exit(host.protect, instance.case.run, t)
-    engine.limit_time(nil)
     interrupted = not fine and value == host.interrupt
     result = outcome(t.checks, fine, value, trace)
     local took = host.clock() - started
