@@ -33,7 +33,6 @@ Child.__index = Child
 ---@param command string words for a shell
 ---@param base string path of the files, without their endings, in a folder that only this user can
 --- write to: `host.file.temporary`
----@return limax.child
 function child.start(command, base)
   local self = setmetatable({}, Child)
   local holes = { BASE = shell.quoted(base), COMMAND = command }
@@ -46,7 +45,6 @@ function child.start(command, base)
 end
 
 --- Its exit status; nil while it runs.
----@return string|nil
 function Child:status() return self.rc:read "*l" end
 
 --- Interrupts it, without waiting for its end.

@@ -11,7 +11,6 @@ local choice = {}
 ---@field options? table<string, schema.rule>
 
 --- Keys of a table as a sorted list: numbers, then the others by their text.
----@param t table
 ---@return any[]
 function choice.sorted_keys(t)
   local keys = {}

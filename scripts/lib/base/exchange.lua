@@ -56,8 +56,6 @@ function exchange.first(make)
 end
 
 --- Keeps a warning of this rank for the next `take_warnings`; rank 0 shows it.
----@param text string
----@param key string
 function exchange.warn(text, key) warnings[#warnings + 1] = { text = text, key = key } end
 
 --- The warnings since the last call, for `all`.
@@ -85,8 +83,6 @@ end
 
 --- Sends an error of this rank to the others, unless it came from one of them. Then only one rank
 --- shows it.
----@param value any
----@param trace string|nil
 ---@return boolean is it this one?
 function exchange.shows(value, trace)
   if ranks.count == 1 or is_apart then return true end

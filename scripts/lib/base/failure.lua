@@ -52,7 +52,6 @@ end
 function failure.is_damaged(value) return fault.is(value) and value.kind == "damaged" end
 
 --- The exit status of a failure; nil for any other error value.
----@return integer|nil
 function failure.status(value) return fault.is(value) and value.status or nil end
 
 local MACHINE = { memory = true, device = true, disk = true, defect = true }
@@ -79,7 +78,6 @@ function failure.is_ours(text)
 end
 
 --- A message without its place where that is a file of limax itself, which does not help a user.
----@param message any
 function failure.bare(message)
   if fault.is(message) then
     return failure.is_ours(message.place) and message.text or tostring(message)
@@ -174,7 +172,6 @@ function failure.attempt_user(call, ...)
 end
 
 --- Raises what `failure.attempt` caught, and keeps its traceback.
----@param traceback string|nil
 function failure.raise_again(value, traceback)
   if fault.is(value) then
     value.traceback = traceback
@@ -185,12 +182,10 @@ function failure.raise_again(value, traceback)
 end
 
 --- The traceback of an error that was raised again; nil for others.
----@return string|nil
 function failure.first_trace(value) return fault.is(value) and value.traceback or nil end
 
 --- An error's message and traceback, without the frames of limax unless limax itself failed.
 ---@param traceback string as from `host.protect`
----@return string
 function failure.text(value, traceback)
   local first, frames = (failure.first_trace(value) or traceback):match "^([^\n]*)(.*)$"
   if failure.bare(first) ~= first then return first .. frames end

@@ -21,7 +21,6 @@ local C_TYPES = { ["|b1"] = "uint8_t", ["|u1"] = "uint8_t", ["|i1"] = "int8_t",
 
 --- The bytes before the data of a .npy file.
 ---@param kind string NumPy's type: "<f4", "|u1", ...
----@param shape integer[]
 function npy.header(kind, shape)
   local header = ("{'descr': '%s', 'fortran_order': False, 'shape': (%s%s), }"):format(kind,
     table.concat(shape, ", "), #shape == 1 and "," or "")
@@ -32,7 +31,6 @@ end
 
 --- The bytes of a .npy file.
 ---@param kind string NumPy's type
----@param shape integer[]
 ---@param data string|number[] in row-major order
 function npy.encode(kind, shape, data)
   if type(data) == "table" then data = bytes.pack(C_TYPES[kind], data) end
@@ -77,7 +75,6 @@ function npy.decode(text)
 end
 
 --- The numbers of an array in row-major order.
----@return number[]
 function npy.numbers(array) return bytes.unpack(C_TYPES[array.kind], array.data) end
 
 --- The bytes of a .npz archive.

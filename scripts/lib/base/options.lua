@@ -77,7 +77,6 @@ end
 --- status 2. Switches are true or nil; `many` options are lists, possibly empty; positional
 --- arguments are arguments[1], [2], ... With --help nothing else is checked and `arguments.help` is
 --- true.
----@param argv string[]
 ---@return table arguments
 function options.parse(command, argv)
   local by_form, long_forms, arguments, i = {}, {}, {}, 0
@@ -158,7 +157,6 @@ function options.parse(command, argv)
 end
 
 --- Rows of two aligned columns.
----@param rows string[][]
 function options.columns(rows)
   local width = 0
   for _, row in ipairs(rows) do width = math.max(width, #row[1]) end

@@ -36,7 +36,6 @@ end
 
 --- Exchanges texts: every rank calls it with its own, and gets those of all. A rank that is lost
 --- ends the others as Ctrl-C does.
----@param text string
 ---@return string[] by rank; the first one is rank 0's
 function ranks.gather(text)
   if ranks.count == 1 then return { text } end
@@ -64,7 +63,6 @@ function ranks.gather(text)
 end
 
 --- Does this rank report that the run ended early? Rank 0 does, or rank 1 where rank 0 is lost.
----@return boolean
 function ranks.reports()
   return ranks.count == 1 or ffi.C.limax_ranks_reports() == 1
 end

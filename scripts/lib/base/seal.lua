@@ -74,7 +74,6 @@ end
 local function name_of(key) return host.sha256(key):sub(1, 8) end
 
 --- The name of this user's key; nil without one.
----@return string|nil
 function seal.key_name()
   local key = key_of_user(false)
   return key and name_of(key)
@@ -87,7 +86,6 @@ end
 
 --- The document of an object, sealed unless the user's key cannot be used.
 ---@param object table with at least one field
----@return string
 function seal.add(object)
   local text, key = host.json.encode(object, { indent = 2 }) .. "\n", key_of_user(true)
   return key and sealed(text, key) or text
@@ -95,9 +93,6 @@ end
 
 --- A document sealed by this user, with its other bytes as they are; nil and a message if the
 --- key cannot be used, or limax did not write the document so.
----@param text string
----@return string|nil
----@return string|nil message
 function seal.again(text)
   local key = key_of_user(true)
   if not key then return nil, "there is no key" end
@@ -108,7 +103,6 @@ function seal.again(text)
 end
 
 --- A document without its seal.
----@return string
 function seal.without(text)
   return (text:gsub(',\n  "seal": { "key": "%x+", "hmac": "%x+" }\n}\n$', "\n}\n"))
 end

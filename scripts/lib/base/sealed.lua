@@ -19,7 +19,6 @@ local function end_of(text) return text:sub(-1) == "\n" and #text - 1 or #text e
 
 --- Adds the hash to an encoded object.
 ---@param json string may end in a line break, which it keeps
----@return string
 function sealed.add(json)
   local last = end_of(json)
   local rest = (json:find "^{%s*}" and "" or ",") .. json:sub(2, last)
@@ -35,7 +34,6 @@ end
 
 --- Does a line match its hash?
 ---@param line string with or without its line break
----@return boolean
 function sealed.check(line) return checked(line) ~= nil end
 
 --- The object of a line, without `hash`.

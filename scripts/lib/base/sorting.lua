@@ -18,8 +18,6 @@ local function merge(keys, from, to, first, middle, last)
 end
 
 --- The indices of `values`, of the smallest number first; equal ones in index order.
----@param values number[]
----@return integer[]
 function sorting.ascending(values)
   local count = #values
   local keys, from, to = ffi.new("double[?]", count + 1), ffi.new("int32_t[?]", count + 1),
@@ -39,8 +37,6 @@ function sorting.ascending(values)
 end
 
 --- The same with the largest number first; equal ones in index order.
----@param values number[]
----@return integer[]
 function sorting.descending(values)
   local negated = {}
   for i = 1, #values do negated[i] = -values[i] end

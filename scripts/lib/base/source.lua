@@ -48,7 +48,6 @@ function source.read_own(path)
 end
 
 --- Refuses links, pipes and devices in a folder that may come from somebody else.
----@param path string
 ---@param depth integer how many levels of folders below it are looked at too
 function source.refuse_links(path, depth)
   for _, name in ipairs(host.file.list(path) or {}) do
@@ -64,41 +63,16 @@ function source.refuse_links(path, depth)
 end
 
 --- Is this the path of a file below a folder? No part of it may be empty, "." or "..".
----@param path string
 function source.is_below(path)
   return not ("/" .. path .. "/"):find "/%.?%.?/" and not path:find "%c"
 end
 
 --- The bytes of a file; nil if there is none.
----@return integer|nil
 function source.size(path)
   local file = source.open(path)
   local size = file and file:seek "end"
   if file then file:close() end
   return size
-end
-
---- Reads a file line by line: memory does not grow with the file.
----@param file file*
----@param bytes integer|nil of it; all if left out
----@param visit fun(line: string, at: integer) a line with its end, and the offset of its beginning
----@return integer bytes of whole lines
----@return string|nil message if it could not be read to the end
-function source.each_line(file, bytes, visit)
-  local at, left, rest = 0, bytes or math.huge, ""
-  while left > 0 do
-    local chunk, message = file:read(math.min(left, 65536))
-    if not chunk then return at, message end
-    left, rest = left - #chunk, rest .. chunk
-    local first, last = 1, rest:find("\n", 1, true)
-    while last do
-      visit(rest:sub(first, last), at)
-      at, first = at + last - first + 1, last + 1
-      last = rest:find("\n", first, true)
-    end
-    rest = rest:sub(first)
-  end
-  return at
 end
 
 --- The value of a JSON file.
@@ -153,15 +127,6 @@ function source.lines_of(text, first, last)
   return table.concat(picked, "\n")
 end
 
---- Lines `first` to `last` of a file.
----@param first integer
----@param last integer
----@return string|nil
-function source.lines(path, first, last)
-  local text = source.read(path)
-  return text and source.lines_of(text, first, last)
-end
-
 --- The path of a file that an experiment names: as it is, else beside the experiment.
 ---@param folder string|nil of the experiment
 ---@return string path as it is where there is no such file
@@ -204,8 +169,6 @@ function source.place(chosen)
 end
 
 --- A copy of a value with every function replaced by its record, so that it can be written as JSON.
----@param base string|nil
----@return any
 function source.describe(value, base)
   if type(value) == "function" then return { ["function"] = source.of_function(value, base) } end
   if type(value) ~= "table" then return value end
@@ -263,7 +226,6 @@ end
 --- nil if there is none.
 ---@param path string of the value
 ---@param around table<table, true>|nil
----@return string|nil
 function source.cycle(value, path, around)
   if type(value) ~= "table" or getmetatable(value) ~= nil then return nil end
   around = around or {}
@@ -277,7 +239,6 @@ function source.cycle(value, path, around)
 end
 
 --- A deep copy of plain tables; anything else is shared.
----@return any
 function source.copy(value)
   if type(value) ~= "table" or getmetatable(value) ~= nil then return value end
   local copy = {}

@@ -59,8 +59,6 @@ end
 local function is_text(field) return type(field.kind) == "string" and field.kind:match "^S" end
 
 --- Have two fields values of one form? Texts may differ in their length.
----@param a limax.structured.field
----@param b limax.structured.field
 function structured.same_kind(a, b)
   if is_text(a) and is_text(b) then return a.count == b.count end
   return a.count == b.count and described(a.kind) == described(b.kind)
@@ -91,7 +89,6 @@ local made = {}
 
 --- Makes the layout of an array.
 ---@param fields limax.structured.field[] each of a multiple of 8 bytes, so that C adds no padding
----@return limax.structured.layout
 function structured.layout(fields)
   local descr = described(fields)
   if made[descr] then return made[descr] end
@@ -106,17 +103,13 @@ function structured.layout(fields)
 end
 
 --- Makes an array of zeros.
----@param layout limax.structured.layout
 ---@param count integer rows
----@return limax.structured.array
 function structured.new(layout, count)
   return { layout = layout, count = count, data = ffi.new(layout.array, count) }
 end
 
 --- The bytes of a .npy file before those of the rows.
----@param layout limax.structured.layout
 ---@param count integer rows
----@return string
 function structured.header(layout, count)
   local text = ("{'descr': %s, 'fortran_order': False, 'shape': (%d,), }"):format(layout.descr,
     count)
@@ -128,9 +121,7 @@ end
 --- Copies rows from one array to another. Where the layouts differ, fields are copied by name, and
 --- those that `from` lacks or has in another form stay as they are; of a list the first values are
 --- copied.
----@param to limax.structured.array
 ---@param i integer its first row, from 0
----@param from limax.structured.array
 ---@param j integer likewise
 ---@param count integer rows
 function structured.copy(to, i, from, j, count)
@@ -234,7 +225,6 @@ end
 
 --- Reads the bytes of a .npy file with a structured array; `nil, message` for anything else. The
 --- bytes are not copied.
----@param text string
 ---@return limax.structured.array|nil
 ---@return string|nil message
 function structured.read(text)

@@ -12,7 +12,6 @@ local terminal = {}
 
 --- The style for this process's standard output; fields of `wish` override it.
 ---@param wish? { color?: boolean, ascii?: boolean, width?: integer }
----@return limax.terminal.style
 function terminal.style(wish)
   wish = wish or {}
   local facts = host.terminal()
@@ -81,7 +80,6 @@ function terminal.wrap(text, width, indent, measure)
 end
 
 --- A text in one of the 256 colours, or plain.
----@param code integer
 function terminal.paint(text, code, style)
   return style.color and ("\27[38;5;%dm%s\27[0m"):format(code, text) or text
 end
@@ -111,7 +109,6 @@ end
 
 --- A text with names and messages of other people as it may be sent to a terminal: control
 --- characters are shown as \u001b, which JSON reads as what it was. Line ends and tabs stay.
----@param text string
 ---@param color? boolean colours as limax makes them stay
 function terminal.shown(text, color)
   if terminal.utf8(text) ~= text then
@@ -129,7 +126,6 @@ end
 -- ---- tables -------------------------------------------------------------------------------------
 
 --- A table with a head: numbers aligned right, words left, two blanks between columns.
----@param head string[]
 ---@param rows (string|number)[][] numbers show as %.4g
 function terminal.table(head, rows, style)
   local texts, widths, right = {}, {}, {}
@@ -160,8 +156,6 @@ end
 
 --- The head and the cells of rows with fields. A column is { title, value, format }: `value` is a
 --- field, or a function of a row.
----@param columns table[]
----@param list table[]
 ---@param missing string for nil
 ---@return string[] head
 ---@return (string|number)[][] cells

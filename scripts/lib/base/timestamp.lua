@@ -4,8 +4,6 @@ local timestamp = {}
 
 --- Seconds since 1970, by the civil calendar; nil for any other text. Years are counted from March,
 --- so that a leap day is the last day of its year.
----@param text any
----@return number|nil
 function timestamp.seconds(text)
   local year, month, day, hour, minute, second =
     tostring(text):match "^(%d%d%d%d)-(%d%d)-(%d%d)T(%d%d):(%d%d):(%d%d)Z$"

@@ -54,7 +54,6 @@ end
 --- from another island are new too.
 ---@param before limax.archived|nil that of the generation before
 ---@param robots limax.population.scored whose rows get `novelty`, `entered` and `cell`
----@return limax.archived
 function archived.enter(before, robots)
   local definition, world = robots.world.archive, robots.world
   before = before or changed(nil, {})
@@ -79,10 +78,6 @@ function archived.enter(before, robots)
 end
 
 --- Adds the robots of a recorded generation that entered the archive.
----@param before limax.archived|nil
----@param definition limax.archive.definition
----@param robots limax.rows
----@return limax.archived
 function archived.replay(before, definition, generation, robots)
   local list = {}
   before = before or changed(nil, {})
@@ -99,16 +94,12 @@ function archived.replay(before, definition, generation, robots)
 end
 
 --- Gives a row its robot and genome, from which it may be bred.
----@param row limax.archive.row
----@param robot limax.row
 ---@param genome string|ffi.cdata* float[genes]
 function archived.complete(row, robot, genome)
   row[ROBOT], row[GENOME] = robot, genome
 end
 
 --- Copies of the rows for scripts, which may change them and name them as parents.
----@param self limax.archived
----@return limax.archive.row[]
 function archived.shown(self)
   local list = {}
   for k, row in ipairs(self.rows) do
@@ -123,9 +114,6 @@ function archived.shown(self)
 end
 
 --- The numbers of an archive for metrics.jsonl.
----@param self limax.archived
----@param definition limax.archive.definition
----@return table
 function archived.measure(self, definition)
   local line, best = definition.measure and definition.measure(self.rows) or {}, nil
   for _, row in ipairs(self.rows) do best = math.max(best or row.fitness, row.fitness) end
@@ -135,22 +123,16 @@ end
 
 --- The robot of a row that a script names as a parent; nil for a table that is not a row of this
 --- archive.
----@param self limax.archived
----@param shown any
----@return limax.row|nil
 function archived.robot(self, shown)
   local row = type(shown) == "table" and rawget(shown, SHOWN)
   return row and self.members[row] and row[ROBOT] or nil
 end
 
 --- The genome of such a row.
----@param shown limax.archive.row
 ---@return ffi.cdata*|string float[genes]
 function archived.genome(shown) return shown[SHOWN][GENOME] end
 
 --- An archive as plain data, for other ranks.
----@param self limax.archived
----@return table[]
 function archived.pack(self)
   local list = {}
   for k, row in ipairs(self.rows) do
@@ -166,9 +148,7 @@ function archived.pack(self)
 end
 
 --- The archive of such data.
----@param list table[]
 ---@param materials string[] their names
----@return limax.archived
 function archived.unpack(list, materials)
   local entered = {}
   for k, each in ipairs(list) do

@@ -13,74 +13,33 @@ local state = require "limax.run.state"
 
 local division = {}
 
--- Robots per second of each rank, for all repetitions; nil before the first generation.
-local rates
--- In every such generation a rank also scores the first robot of the next rank's slice.
-local CHECK_EVERY = 10
 -- Robots of each generation whose genomes and bodies are compared: the last, which are offspring,
 -- and others in the next generations.
 local COMPARED = 256
 
--- ---- who simulates what -------------------------------------------------------------------------
-
--- Divides the robots of a mask: a list of indices per rank, in order, one for each at least where
--- there are enough, and the others by the ranks' rates.
+-- Divides the robots of a mask into equal parts: a list of indices per rank, in order.
 local function divide(mask)
   local list, slices, count = {}, {}, exchange.count
   for i = 1, #mask do
     if mask[i] then list[#list + 1] = i end
   end
-  local least = #list >= count and 1 or 0
-  local total, sum, at = 0, 0, 0
-  for r = 1, count do total = total + (rates and rates[r] or 1) end
   for r = 1, count do
-    sum = sum + (rates and rates[r] or 1)
-    local last = least * r + math.floor((#list - least * count) * sum / total + 0.5)
+    local first = math.floor(#list * (r - 1) / count)
     slices[r] = {}
-    for k = at + 1, last do slices[r][k - at] = list[k] end
-    at = last
+    for k = first + 1, math.floor(#list * r / count) do slices[r][k - first] = list[k] end
   end
   return slices
 end
 
--- The robot that rank r (from 1) scores for a comparison; nil in most generations. And the place of
--- its own rank.
-local function checked_by(robots, r)
-  if robots.generation % CHECK_EVERY > 0 then return nil end
-  local own = r % exchange.count + 1
-  return robots.slices[own][1], own
-end
-
 --- The robots of a mask that this rank simulates.
----@param robots limax.population.scored
----@param mask boolean[]
 ---@return boolean[]
 function division.own(robots, mask)
   robots.slices = robots.slices or divide(mask)
-  local own, r = {}, exchange.index + 1
+  local own = {}
   for i = 1, #mask do own[i] = false end
-  for _, i in ipairs(robots.slices[r]) do own[i] = true end
-  local checked = checked_by(robots, r)
-  if checked then own[checked] = true end
+  for _, i in ipairs(robots.slices[exchange.index + 1]) do own[i] = true end
   return own
 end
-
--- The next generation is divided by how fast the ranks were in the last ones.
-local function measure(slices, messages)
-  local now, sum, count = {}, 0, 0
-  for r, message in ipairs(messages) do
-    local robots = #slices[r]
-    if robots > 0 and message.seconds > 0 then
-      local rate = robots / message.seconds
-      now[r] = rates and (rates[r] + rate) / 2 or rate
-      sum, count = sum + now[r], count + 1
-    end
-  end
-  for r = 1, #messages do now[r] = now[r] or rates and rates[r] or sum / count end
-  if count > 0 then rates = now end
-end
-
--- ---- what must be equal -------------------------------------------------------------------------
 
 -- Hashes of the genomes and bodies that each rank made, in the order in which they were made.
 local function fingerprint(robots)
@@ -103,26 +62,6 @@ end
 local REASON = "; its functions may depend only on their arguments, not on a clock, a file, or"
   .. " variables of the script"
 
-local function shown(value) return value == nil and "none" or host.json.encode(value) end
-
-local function equal(a, b)
-  if type(a) ~= "table" or type(b) ~= "table" then return a == b end
-  for key, value in pairs(a) do
-    if not equal(value, b[key]) then return false end
-  end
-  for key in pairs(b) do
-    if a[key] == nil then return false end
-  end
-  return true
-end
-
--- Robots that another rank sent.
-local function unpacked(robots, bytes)
-  local sent, message = rows_file.read(bytes, robots.rows.materials)
-  if not sent then failure.raise(1, "a rank sent robots that cannot be read: it " .. message) end
-  return sent
-end
-
 -- Raises if ranks made different robots.
 local function compare_made(robots, messages)
   for r = 2, #messages do
@@ -131,26 +70,6 @@ local function compare_made(robots, messages)
         failure.raise(1, ("generation %d: the %s of ranks 0 and %d differ: a function of the"
           .. " experiment gave them different results%s"):format(robots.generation, part[1], r - 1,
           REASON))
-      end
-    end
-  end
-end
-
--- Fields of a robot that must be equal on two ranks. Its outcome may differ in values that are not
--- finite.
-local SCORES = { "status", "reason", "fitness", "descriptors", "objectives", "cases", "measures" }
-
--- Raises if two ranks scored the same robot differently.
-local function compare_scores(robots, messages)
-  for r, message in ipairs(messages) do
-    local checked, own = checked_by(robots, r)
-    local mine = checked and message.checked and unpacked(robots, message.checked)[1]
-    for _, name in ipairs(mine and SCORES or {}) do
-      local theirs = robots.rows[checked][name]
-      if not equal(mine[name], theirs) then
-        failure.raise(1, ("generation %d: robot %s has the %s %s on rank %d and %s on rank %d: a"
-          .. " fitness or a descriptor gave different results%s"):format(robots.generation,
-          mine.id, name, shown(mine[name]), r - 1, shown(theirs), own - 1, REASON))
       end
     end
   end
@@ -166,12 +85,12 @@ local function check_state(robots, own_state)
   end
 end
 
--- ---- the exchange -------------------------------------------------------------------------------
-
 -- Copies the robots that another rank scored into this generation.
 local function take(robots, slice, bytes)
   if not slice[1] then return end
-  local sent, all = unpacked(robots, bytes), robots.rows.data
+  local sent, message = rows_file.read(bytes, robots.rows.materials)
+  if not sent then failure.raise(1, "a rank sent robots that cannot be read: it " .. message) end
+  local all = robots.rows.data
   for k, i in ipairs(slice) do
     local one, own = sent.data[k - 1], all[i - 1]
     if one.id ~= own.id or one.body.hash ~= own.body.hash then
@@ -191,15 +110,9 @@ function division.exchange(robots, failures, own_state)
   if not robots.slices then return failures end
   check_state(robots, own_state)
   local all, slices, r = robots.rows, robots.slices, exchange.index + 1
-  local checked, own = checked_by(robots, r), {}
-  for _, each in ipairs(failures) do
-    if each.index ~= checked then own[#own + 1] = each end
-  end
   local began = host.clock()
-  local messages = exchange.all { made = fingerprint(robots), failures = own,
-    warnings = exchange.take_warnings(), robots = rows_file.pack(all, slices[r]),
-    checked = checked and rows_file.pack(all, { checked }),
-    seconds = robots.timing.simulate + robots.timing.fitness }
+  local messages = exchange.all { made = fingerprint(robots), failures = failures,
+    warnings = exchange.take_warnings(), robots = rows_file.pack(all, slices[r]) }
   robots.timing.ranks = host.clock() - began
   compare_made(robots, messages)
   local failed = {}
@@ -208,9 +121,6 @@ function division.exchange(robots, failures, own_state)
     for _, each in ipairs(message.failures) do failed[#failed + 1] = each end
     for _, each in ipairs(message.warnings) do robots.world.say(each.text, each.key) end
   end
-  -- a rank stops scoring if the run must end
-  if #failed == 0 then compare_scores(robots, messages) end
-  measure(slices, messages)
   return failed
 end
 

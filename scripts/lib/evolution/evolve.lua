@@ -36,7 +36,6 @@ local function express(run, robots)
 end
 
 --- The first generation of a run: the last one of its folder, with its scores, or a new one.
----@param run limax.run
 ---@return limax.population.scored
 function evolve.first(run)
   -- rank 0 reads it for all
@@ -51,7 +50,7 @@ function evolve.first(run)
   genes.initialize(world:rules { materials = robots.materials, parameters = robots.parameters,
     state = robots.before.state }, robots.engine, nil, 0)
   robots.timing.supervise, robots.timing.breed = 0, host.clock() - began
-  return generations.check_bodies(express(run, robots))
+  return express(run, robots)
 end
 
 -- The supervisor's decision. Parameters that an own loop chose replace those of the supervisor.
@@ -88,8 +87,6 @@ local function breed(run, robots)
 end
 
 --- Records a generation once. Scores it first if the loop did not.
----@param run limax.run
----@param robots limax.population.scored
 ---@return limax.generation|nil entry of the history; nil on other ranks than the first
 function evolve.record(run, robots)
   if not robots.ranked then robots:score() end
@@ -99,8 +96,6 @@ function evolve.record(run, robots)
 end
 
 --- Records and writes a generation, and breeds the next one.
----@param run limax.run
----@param robots limax.population.scored
 ---@return limax.population.scored|nil the next one; nil after the last
 function evolve.next(run, robots)
   local is_restored = robots.entry ~= nil

@@ -5,7 +5,6 @@
 
 local archived = require "limax.evolution.archived"
 local division = require "limax.evolution.division"
-local drive = require "limax.settings.drive"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
 local fault = require "limax.engine.fault"
@@ -78,14 +77,12 @@ end
 local generation = { methods = Population }
 
 --- Frees simulations.
----@param simulations limax.simulation[]
 ---@param why string completes "this view ended when ..."
 function generation.free(simulations, why)
   for _, simulation in ipairs(simulations) do simulation:free(why) end
 end
 
 --- Makes a generation from its fields: those of limax.population.scored, `before` and `decided`.
----@param world limax.world
 ---@param fields table
 ---@return limax.population.scored
 function generation.new(world, fields)
@@ -101,7 +98,6 @@ function generation.new(world, fields)
 end
 
 --- The fields of a population without its robots: an island, or a pool of parents.
----@param robots limax.population.scored
 ---@return limax.population.scored
 function generation.part(robots)
   local copy = setmetatable({}, class)
@@ -109,20 +105,6 @@ function generation.part(robots)
     if type(key) == "string" then rawset(copy, key, value) end
   end
   return copy
-end
-
---- Warns if a function of the script made only the first body.
----@param robots limax.population.scored
----@return limax.population.scored robots
-function generation.check_bodies(robots)
-  for i = 1, #robots do
-    if (robots.rows.data[i - 1].body.voxels > 0) ~= (i == 1) then return robots end
-  end
-  if robots[2] then
-    robots.world.say("genome.encoding: robot 2 and all that follow are empty: does express visit"
-      .. " every robot, for _, i in ipairs(robots) do?")
-  end
-  return robots
 end
 
 -- ---- simulating ---------------------------------------------------------------------------------
@@ -135,21 +117,6 @@ local function simulations_of(robots, mask, materials, options)
       trial.engine_scene, options and options[k] or trial.options, robots.world.device, mask)
   end
   return list
-end
-
--- Warns once if a trial's drive is too fast for the time steps of the robots.
-local function check_drive(robots, mask)
-  for k, trial in ipairs(robots.trials) do
-    local longest = 0
-    for i, row in ipairs(robots.rows) do
-      -- that of an invalid body is not a number
-      local step = mask[i] and rows.outcomes(row)[k].time_step or 0
-      if step > longest then longest = step end
-    end
-    local problem = longest > 0 and drive.problem(trial.scene, longest)
-    local prefix = robots.world.config.trials and ("trials[%d]: "):format(k) or ""
-    if problem then robots.world.say(prefix .. problem, prefix .. "scene.actuation") end
-  end
 end
 
 -- Finds the robots to simulate here: those without a status (elites keep theirs), without those of
@@ -165,7 +132,6 @@ end
 
 --- Begins to simulate a generation as it is now, or goes on; a GPU steps it while the host does
 --- other work.
----@param robots limax.population.scored
 function generation.begin(robots)
   local began = host.clock()
   if not robots.going then
@@ -182,14 +148,12 @@ end
 local function is_memory(value) return fault.is(value) and value.kind == "memory" end
 
 --- Frees the memory of a generation's simulations, which begin again later, from the start.
----@param robots limax.population.scored
 function generation.wait(robots)
   if robots.going then generation.free(robots.going.steps.all, "there was no memory for it") end
   robots.going, robots.waits = nil, true
 end
 
 --- Begins to simulate a generation beside others if the memory is enough; else it waits.
----@param robots limax.population.scored
 function generation.begin_beside(robots)
   if robots.waits then return end
   local fine, value, trace = failure.attempt(generation.begin, robots)
@@ -208,11 +172,9 @@ local function settle(robots)
   end
   for _, simulation in ipairs(going.steps.all) do table.insert(robots.simulations, simulation) end
   robots.evaluations = robots.evaluations + going.count
-  check_drive(robots, going.mask)
 end
 
 --- Simulates a generation for a slice of wall time.
----@param robots limax.population.scored
 ---@return boolean ended
 function generation.advance(robots)
   if not robots.going then generation.begin(robots) end
@@ -260,9 +222,7 @@ end
 
 --- Simulates some robots once more, in each trial, under other materials or options. Does not
 --- change the population.
----@param robots limax.population.scored
 ---@param mask boolean[] which ones
----@param materials limax.materials
 ---@param options? table[] of each trial; its own if left out
 ---@return table<integer, limax.scored_robot> by index, without a score
 ---@return limax.simulation[] simulations for the caller to free
@@ -290,7 +250,6 @@ function generation.again(robots, mask, materials, options)
 end
 
 --- Frees the simulations of a generation, and so its traces.
----@param robots limax.population.scored
 ---@param why string completes "this view ended when ..."
 function generation.end_traces(robots, why)
   generation.free(robots.simulations, why)
@@ -301,23 +260,16 @@ end
 
 -- Explains in one line why no robot of a generation has a score.
 local function failure_text(robots)
-  local counts, reasons, diverged = {}, {}, false
+  local counts, reasons = {}, {}
   for _, row in ipairs(robots.rows) do
     local reason = ("%s: %s"):format(row.status, row.reason or "no reason")
     if not counts[reason] then reasons[#reasons + 1] = reason end
     counts[reason] = (counts[reason] or 0) + 1
-    diverged = diverged or row.status == "diverged"
   end
   table.sort(reasons)
   for k, reason in ipairs(reasons) do reasons[k] = ("%d %s"):format(counts[reason], reason) end
-  local world, advice = robots.world, ""
-  local step = world.config.simulation.time_step
-  if diverged and type(step) == "number" and step > world.first_step then
-    advice = ("; simulation.time_step is %.6g s, the limit for stiff bodies is %.6g s"):format(step,
-      world.first_step)
-  elseif counts["invalid: no muscle"] == #robots then
-    advice = "; genome.require_muscle = false lets bodies without a muscle run"
-  end
+  local advice = counts["invalid: no muscle"] == #robots
+    and "; genome.require_muscle = false lets bodies without a muscle run" or ""
   return ("generation %d: none of the %d robots can be scored (%s)%s"):format(robots.generation,
     #robots, table.concat(reasons, ", "), advice)
 end
@@ -361,18 +313,11 @@ local function call_fitness(robots, law, wanted, own_state)
   scoring.judge(failures, robots.rows, robots.generation, world.say)
 end
 
--- bytes of a state that is better kept elsewhere
-local LARGE_STATE = 2 ^ 20
-
 -- Stores the state after a scored generation. The run goes on with the state as a reader of the
 -- journal would decode it, so that a continued run cannot differ from an uninterrupted one.
 local function keep_state(robots, own_state)
   robots.state_text = own_state and state.encode(own_state)
   rawset(robots, "state", own_state and state.decode(robots.state_text))
-  if own_state and #robots.state_text > LARGE_STATE then
-    robots.world.say(("state: %.1f MB are written with every generation; keep less in it"):format(
-      #robots.state_text / 1e6), "state")
-  end
 end
 
 -- Clears scores that another fitness gave: an elite keeps its score only under the same one.

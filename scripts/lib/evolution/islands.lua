@@ -72,10 +72,8 @@ end
 
 --- Survivors and migrants of all islands, which come first in the next generation, and a pair of
 --- parents per robot of it.
----@param robots limax.population.scored
 ---@param options table `islands` of the configuration
 ---@param generation integer the next one
----@param steps limax.islands.steps
 ---@return integer[] elites
 ---@return (integer|limax.archive.row)[][] parents
 ---@return integer[] homes the island of each robot of the next generation

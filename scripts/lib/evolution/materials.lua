@@ -8,8 +8,6 @@ local materials = {}
 ---@alias limax.material_fields table<string, table<string, number>>
 
 --- The changeable fields of engine materials.
----@param engine_materials limax.materials
----@return limax.material_fields
 function materials.fields(engine_materials)
   local fields = {}
   for i = 1, engine_materials.count do
@@ -23,9 +21,6 @@ function materials.fields(engine_materials)
 end
 
 --- A copy of engine materials with these fields.
----@param first limax.materials
----@param fields limax.material_fields
----@return limax.materials
 function materials.with(first, fields)
   local copy = first:copy()
   for i = 1, copy.count do
@@ -37,7 +32,6 @@ function materials.with(first, fields)
   return copy
 end
 
----@param a limax.material_fields
 ---@param b limax.material_fields of the same materials
 function materials.equal(a, b)
   for name, fields in pairs(a) do

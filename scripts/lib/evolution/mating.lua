@@ -28,8 +28,6 @@ local function check_index(index, robots, what, ...)
 end
 
 --- Checks a list of survivors or parents: each has a score, and none is listed twice.
----@param robots limax.population.scored
----@param list integer[]
 ---@param what string names the list in messages: "breed: elites"
 ---@return integer[] list
 function mating.check_scored(robots, list, what)
@@ -52,7 +50,6 @@ function mating.check_scored(robots, list, what)
 end
 
 --- Copies the ranking of the robots, which scripts may read and must not change.
----@param robots limax.population.scored
 ---@return integer[] a copy of the ranking, for `mating.check_unchanged`
 function mating.ranking(robots)
   local copy = {}
@@ -61,7 +58,6 @@ function mating.ranking(robots)
 end
 
 --- Raises if a script sorted or cut the list of robots or their ranking, which all calls share.
----@param robots limax.population.scored
 ---@param ranking integer[] from before the script ran
 ---@param who string "the selection"
 function mating.check_unchanged(robots, ranking, who)
@@ -88,7 +84,6 @@ local function robot_of(robots, row, what)
 end
 
 --- Checks a list of parents: robots with a score, none twice, or rows of the archive.
----@param robots limax.population.scored
 ---@param list (integer|limax.archive.row)[]
 ---@param what string names the list in messages
 ---@return boolean has_rows
@@ -108,10 +103,7 @@ end
 
 --- The robots from which a selection picks two: a scored population whose `ranked` lists only the
 --- parents, best first. With rows of the archive among them it consists of the parents only.
----@param robots limax.population.scored
 ---@param parents (integer|limax.archive.row)[]
----@param has_rows? boolean
----@return limax.population.scored
 function mating.pool(robots, parents, has_rows)
   if parents == robots.ranked then return robots end
   local pool = generations.part(robots)
@@ -142,11 +134,8 @@ local function parent_of(pool, value, what, ...)
 end
 
 --- Checks the two parents of a robot that the selection returned.
----@param pool limax.population.scored
 ---@param child integer index in the next generation
 ---@param place string of the script's own selection: " (FILE:LINE)"; else ""
----@param first any
----@param second any
 ---@param third any nil if right
 ---@return (integer|limax.archive.row)[]
 function mating.chosen(pool, child, place, first, second, third)
@@ -163,8 +152,6 @@ end
 --- offspring, by `choose` or as the script names them.
 ---@param pool limax.population.scored from which the selection picks
 ---@param count integer robots of the next generation
----@param elites integer[]
----@param named? integer[][]
 ---@param choose fun(pool: limax.population.scored, child: integer): (integer|limax.archive.row)[]
 ---@return (integer|limax.archive.row)[][]
 function mating.pairs(pool, count, elites, named, choose)
@@ -269,8 +256,6 @@ local function renew(all, parents, newcomers)
 end
 
 --- The rows of the first generation.
----@param world limax.world
----@return limax.rows
 function mating.initial(world)
   local all, islands = world:rows(0), world.config.islands
   for i, row in ipairs(all) do
@@ -283,12 +268,9 @@ function mating.initial(world)
 end
 
 --- The generation after a scored one: its genomes and rows, whose bodies are still to be expressed.
----@param world limax.world
----@param robots limax.population.scored
 ---@param decided limax.supervision.decided with `same_materials`: are they those of `robots`?
 ---@param chosen { elites: integer[], parents: (integer|limax.archive.row)[][],
 --- homes: integer[]|nil } as of select.choose
----@return limax.population.scored
 function mating.breed(world, robots, decided, chosen)
   local materials = robots.materials
   if not decided.same_materials then materials = world:materials_with(decided.fields) end

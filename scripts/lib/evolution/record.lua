@@ -90,8 +90,6 @@ local function remember(run, line, ledger)
 end
 
 --- Records a scored generation: ends its traces, and the first rank adds it to the history.
----@param run limax.run
----@param robots limax.population.scored
 function record.enter(run, robots)
   if exchange.is_first then
     step_check.look(run, robots)
@@ -106,8 +104,6 @@ function record.enter(run, robots)
 end
 
 --- Writes a recorded generation into the folder, once.
----@param run limax.run
----@param robots limax.population.scored
 function record.write(run, robots)
   local line = robots.line
   if not line then return end
@@ -157,29 +153,17 @@ function Stored:engine_of(robots)
 end
 
 --- Makes the entries of a run's history.
----@param run limax.run
----@return limax.history.entries
 function record.entries(run)
   local repetition = run.world.repetition
-  return history.entries {
-    on_disk = function() return run.folder ~= nil end,
-    fields = function(generation)
-      local fields = run.folder:line("metrics", repetition, generation)
-      fields.ledger = run.folder:line("ledger", repetition, generation)
-      fields.materials = materials_table(run.world, fields.materials)
-      return fields
-    end,
-    population = function(entry)
-      local bytes = run.packed[entry.generation]
-        or run.folder:robots(repetition, entry.generation)
-      local robots = rebuilt(run, { generation = entry.generation, ledger = entry.ledger,
-        metrics = { materials = materials.fields(engine.materials(entry.materials)),
-          parameters = entry.parameters, evaluations = entry.evaluations } },
-        read_rows(run, entry, bytes))
-      robots.stored = run.folder and setmetatable({ folder = run.folder }, Stored) or nil
-      return robots
-    end,
-  }
+  return history.entries(function(entry)
+    local bytes = run.packed[entry.generation] or run.folder:robots(repetition, entry.generation)
+    local robots = rebuilt(run, { generation = entry.generation, ledger = entry.ledger,
+      metrics = { materials = materials.fields(engine.materials(entry.materials)),
+        parameters = entry.parameters, evaluations = entry.evaluations } },
+      read_rows(run, entry, bytes))
+    robots.stored = run.folder and setmetatable({ folder = run.folder }, Stored) or nil
+    return robots
+  end)
 end
 
 -- Refuses a run whose robots were not measured as its archive and its survival need it now.
@@ -222,20 +206,15 @@ end
 --- The last generation of a folder as plain data, for all ranks; nil if it has none. Fills the
 --- history with those before it.
 ---@param run limax.run of the first rank
----@return table|nil
 function record.kept(run)
   local folder, repetition = run.folder, run.world.repetition
   local last = folder and folder:last(repetition) or -1
   for generation = 0, last - 1 do
-    if history.is_old(generation, last) then
-      run.entries:add_unread(run.history)
-    else
-      local kept = folder:kept(repetition, generation)
-      local entry = remember(run, kept.metrics, kept.ledger)
-      if last - generation < history.genomes_kept then
-        entry.population = rebuilt(run, kept, folder:rows(repetition, generation),
-          folder:genomes(repetition, generation))
-      end
+    local kept = folder:kept(repetition, generation)
+    local entry = remember(run, kept.metrics, kept.ledger)
+    if last - generation < history.genomes_kept then
+      entry.population = rebuilt(run, kept, folder:rows(repetition, generation),
+        folder:genomes(repetition, generation))
     end
   end
   if last < 0 then return nil end
@@ -247,9 +226,7 @@ end
 
 --- Goes on from the last generation of a folder: it has its scores. Where the configuration changed
 --- since, elites are scored again.
----@param run limax.run
 ---@param kept table of the first rank
----@return limax.population.scored
 function record.restore(run, kept)
   local robots = rebuilt(run, kept, read_rows(run, kept, kept.robots), kept.genomes)
   check_measured(run, robots)

@@ -9,6 +9,7 @@ local schema = require "limax.engine.schema"
 local scoring = require "limax.robot.scoring"
 local state = require "limax.run.state"
 local settings = require "limax.settings.settings"
+local source = require "limax.base.source"
 local strict = require "limax.engine.strict"
 
 local rescore = strict.module "limax.rescore"
@@ -42,13 +43,10 @@ function rescore.options(config, setting, level)
         schema.show(name), table.concat(settings.of_tier, ", ")), level)
     end
   end
-  local simulation = {}
-  for name, value in pairs(config.simulation) do
-    if not is_setting[name] then simulation[name] = value end
-  end
-  simulation.accuracy = config.simulation.accuracy
-  for name, value in pairs(setting) do simulation[name] = value end
-  return (settings.simulation_options(simulation, config.record, level))
+  local changes = source.copy(setting)
+  changes.accuracy = changes.accuracy or config.simulation.accuracy
+  return (settings.simulation_options(settings.replaced(config.simulation, changes, settings.names),
+    config.record, level))
 end
 
 --- Scores robots of an expressed population under another setting, by the experiment's fitness.

@@ -51,9 +51,6 @@ local function survive(world, robots, generation, parameters, named)
 end
 
 --- Chooses for the next generation; what an own loop chose comes first.
----@param world limax.world
----@param robots limax.population.scored
----@param decided limax.supervision.decided
 ---@return { elites: integer[], parents: (integer|limax.archive.row)[][], homes: integer[]|nil } a
 --- pair of parents, and an island, per robot of the next generation
 function select.choose(world, robots, decided)

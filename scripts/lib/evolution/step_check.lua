@@ -57,7 +57,6 @@ end
 
 --- Warns if the best robots of a run's first or last generation lose fitness at half of their
 --- time step.
----@param run limax.run
 ---@param robots limax.population.scored scored, and not in the history yet
 function step_check.look(run, robots)
   if not applies(run, robots) then return end

@@ -17,7 +17,6 @@ local AHEAD = 0.2
 local Steps = {}
 Steps.__index = Steps
 
----@param simulations limax.simulation[]
 ---@return limax.steps
 function steps.new(simulations)
   return setmetatable({ all = simulations, left = { unpack(simulations) }, progress = {} }, Steps)
@@ -43,7 +42,6 @@ function Steps:advance()
 end
 
 --- The sums over the simulations.
----@return limax.progress
 function Steps:total()
   local sum = { done = 0, robots = 0, steps = 0, steps_total = 0, spring_steps = 0,
     finished = #self.left == 0, interrupted = false }
@@ -56,7 +54,6 @@ function Steps:total()
 end
 
 --- Advances simulations to their ends.
----@param simulations limax.simulation[]
 function steps.finish(simulations)
   local going = steps.new(simulations)
   while #going.left > 0 do going:advance() end

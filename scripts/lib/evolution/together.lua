@@ -60,7 +60,6 @@ end
 
 --- Runs repetitions to their ends. The first in the queue is waited for, scored and bred from; a
 --- GPU steps the others meanwhile, as far as its memory is enough.
----@param options limax.together.options
 function together.run(options)
   local queue, left, began = {}, { unpack(options.repetitions) }, host.clock()
   local springs = setmetatable({ sum = 0 }, { __mode = "k" })

@@ -11,7 +11,6 @@ local output = require "limax.base.output"
 local proposals = require "limax.supervise.proposals"
 local rows = require "limax.robot.rows"
 local settings = require "limax.settings.settings"
-local source = require "limax.base.source"
 local state = require "limax.run.state"
 
 ---@class limax.world
@@ -57,18 +56,11 @@ local function print_warning(text) output.warn(text, "\n") end
 local function least_bound(self, common)
   local least, name = math.huge, ""
   for k, trial in ipairs(self.trials(0)) do
-    local function attempt(options)
-      return failure.attempt(full_body.bound, self.config.lattice,
-        trial.engine_materials or common, trial.engine_scene, options, self.device)
-    end
-    local ok, bound, material = attempt(trial.options)
-    if not ok then
-      local without_traces = source.copy(trial.options)
-      without_traces.record = {}
-      if self.config.trials and attempt(without_traces) then
-        failure.raise(2, ("trials[%d]: %s; a trial's own record = { contact = 0 } leaves out a"
-          .. " trace"):format(k, bound.text))
-      end
+    local ok, bound, material = failure.attempt(full_body.bound, self.config.lattice,
+      trial.engine_materials or common, trial.engine_scene, trial.options, self.device)
+    if not ok and self.config.trials and not failure.of_machine(bound) then
+      failure.raise(2, ("trials[%d]: %s"):format(k, bound.text or bound))
+    elseif not ok then
       failure.raise_again(bound, material)
     end
     if bound < least then least, name = bound, material end
@@ -77,9 +69,6 @@ local function least_bound(self, common)
 end
 
 --- Makes the world of a repetition.
----@param experiment limax.experiment
----@param options limax.run.options
----@return limax.world
 function world.new(experiment, options)
   local config, device = experiment.config, options.device or "auto"
   local repetition = options.repetition or 1
@@ -104,7 +93,6 @@ function world.new(experiment, options)
 end
 
 --- The state that the experiment's functions begin with; nil without one.
----@return table|nil
 function World:first_state()
   local make = self.experiment.state
   return make and state.decode(state.encode(make()))
@@ -112,16 +100,13 @@ end
 
 --- An empty population of the engine.
 ---@param count? integer that of one generation if left out
----@return limax.population
 function World:empty(count)
   return engine.population { lattice = self.config.lattice,
     count = count or self.config.population, encoding = self.encoding }
 end
 
 --- Robots without values, for a generation.
----@param generation integer
 ---@param before? limax.rows of the generation before: what its fitness returned is expected again
----@return limax.rows
 function World:rows(generation, before)
   local config, measured = self.config, self.measured or {}
   local facts = before and before.facts or {}
@@ -138,7 +123,6 @@ end
 
 --- The rules by which the genes of a generation are made and read.
 ---@param fields { materials: limax.materials, parameters: table<string, number>, state: table|nil }
----@return limax.genes.rules
 function World:rules(fields)
   return { encoding = self.experiment.encoding, variation = self.experiment.variation,
     lattice = self.config.lattice, materials = fields.materials, parameters = fields.parameters,
@@ -148,12 +132,9 @@ function World:rules(fields)
 end
 
 --- The first materials with other values of the fields that a supervisor may change.
----@param fields limax.material_fields
----@return limax.materials
 function World:materials_with(fields) return materials.with(self.first_materials, fields) end
 
 --- The names of the materials, in the order of a body's counts.
----@return string[]
 function World:material_names()
   local names = {}
   for i = 1, self.first_materials.count do names[i] = self.first_materials:get(i).name end
@@ -168,8 +149,6 @@ function World:matrix()
 end
 
 --- The limit of the time step for a full body of these materials, s.
----@param common limax.materials
----@return number
 function World:bound(common) return (least_bound(self, common)) end
 
 return world

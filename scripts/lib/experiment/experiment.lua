@@ -131,9 +131,6 @@ local function place_of(name)
     if effect.name == name then return ("; it belongs in scene = { %s = ... }"):format(name) end
   end
   if genome_fields[name] then return ("; it belongs in genome = { %s = ... }"):format(name) end
-  if name == "descriptors" then
-    return '; it belongs in archive = { "grid", descriptors = ... }'
-  end
   if name == "device" or name == "threads" then
     return ("; it is an option of limax run: --%s"):format(name)
   end
@@ -320,8 +317,7 @@ end
 
 local function check_together(self)
   local config, parts = self.config, self.parts
-  add_notes(self, plausible.breeding_notes(config))
-  add_notes(self, { island_rules.note(config) })
+  self.notes[#self.notes + 1] = plausible.no_variation(config)
   if config.islands and parts.survival.name == "map_elites" then
     parts.archive.islands = config.islands.count
   end

@@ -8,8 +8,6 @@ local front = {}
 
 --- Points in which larger is better.
 ---@param list { objectives: number[] }[] robots or rows of an archive
----@param objectives limax.measure[]
----@return number[][]
 function front.points(list, objectives)
   local points = {}
   for i, each in ipairs(list) do
@@ -20,22 +18,17 @@ function front.points(list, objectives)
 end
 
 --- Indices of points by Pareto rank, then by distance from their neighbours, most first.
----@param points number[][]
 ---@return integer[]
 ---@return integer[] ranks of the points, from 1
 function front.crowded_order(points)
   local ranks, crowding = engine.pareto(points)
-  local order = {}
-  for k, at in ipairs(sorting.descending(crowding)) do order[k] = at end
-  local of_rank, sorted = {}, {}
+  local order, of_rank, sorted = sorting.descending(crowding), {}, {}
   for k, at in ipairs(order) do of_rank[k] = ranks[at] end
   for k, at in ipairs(sorting.ascending(of_rank)) do sorted[k] = order[at] end
   return sorted, ranks
 end
 
 --- Indices of the points that none dominates; of equal ones the first.
----@param points number[][]
----@return integer[]
 function front.of(points)
   local ranks, seen, list = engine.pareto(points), {}, {}
   for i, point in ipairs(points) do
@@ -78,7 +71,6 @@ end
 
 --- The volume between a reference point and a front of two or three objectives, exactly.
 ---@param points number[][] larger is better
----@param reference number[]
 function front.hypervolume(points, reference)
   local above = {}
   for _, point in ipairs(points) do
@@ -94,7 +86,6 @@ end
 
 --- Size and hypervolume of the front of robots, or of rows of an archive.
 ---@param list { objectives: number[] }[]
----@param objectives limax.measure[]
 ---@param reference number[]|nil in the objectives' own signs
 ---@return { size: integer, hypervolume: number|nil }
 function front.measure(list, objectives, reference)
@@ -108,7 +99,6 @@ end
 
 --- Describes the problem of a reference point; nil if it has none.
 ---@param options { objectives: limax.measure[], reference?: number[] }
----@return string|nil
 function front.wrong_reference(options)
   local wanted, reference = #options.objectives, options.reference
   if not reference or #reference == wanted and wanted <= 3 then return nil end

@@ -43,10 +43,8 @@ local function rows_of(first, last)
 end
 
 --- The genes of new robots.
----@param rules limax.genes.rules
 ---@param population limax.population of the engine
 ---@param rows integer[]|nil all if left out
----@param generation integer
 function genes.initialize(rules, population, rows, generation)
   local own = rules.encoding.initialize or function(robots) robots:initialize() end
   call("the encoding's initialize", own, rules, population, rows or rows_of(1, population.count),
@@ -54,7 +52,6 @@ function genes.initialize(rules, population, rows, generation)
 end
 
 --- Genes to bodies: the largest part of each.
----@param rules limax.genes.rules
 ---@param population limax.population of the engine
 ---@param first? integer 1 if left out
 ---@param count? integer all the rest if left out
@@ -81,9 +78,6 @@ end
 ---@field parent_rows limax.row[]
 
 --- Breeds a population: elites are copies, the others cross and mutate.
----@param rules limax.genes.rules
----@param plan limax.genes.plan
----@return limax.population
 function genes.breed(rules, plan)
   local population, parameters = rules.empty(), rules.parameters
   local mutation, crossover = rules.variation.mutation, rules.variation.crossover

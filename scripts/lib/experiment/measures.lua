@@ -169,7 +169,6 @@ end
 
 --- The rule of a list of measures in an experiment.
 ---@param options { least?: integer, most: integer, objective?: boolean, range?: boolean }
----@return schema.rule
 function measures.rule(options)
   return function(value, path)
     if value == nil then
@@ -288,9 +287,6 @@ local function values_of(list, robot, state)
 end
 
 --- Warnings about descriptors that more than half of the robots have beyond their range.
----@param list limax.measure[]
----@param rows limax.row[]
----@return string[]
 function measures.beyond(list, rows)
   local texts = {}
   for k, measure in ipairs(list) do
@@ -312,10 +308,6 @@ function measures.beyond(list, rows)
 end
 
 --- Adds the measures of a robot to its row.
----@param measured limax.measured
----@param robot limax.scored_robot
----@param row limax.row
----@param state table|nil
 ---@return string|nil message
 ---@return boolean|nil excusable
 ---@return string|nil trace

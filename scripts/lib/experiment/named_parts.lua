@@ -13,9 +13,6 @@ local variation = require "limax.variation"
 local named_parts = {}
 
 --- Calls a piece of the library on a user's value; returns its error under the field's name.
----@param field string
----@param call function
----@param value any
 ---@return any
 ---@return string|nil message
 local function resolved(field, call, value)
@@ -44,7 +41,6 @@ local function resolve_memory(spec, parts)
 end
 
 --- The named parts of the library: fitness, selection, survival, archive, supervisor; the state.
----@param spec table
 ---@return table|nil
 ---@return string|nil message
 function named_parts.of(spec)
@@ -68,8 +64,6 @@ function named_parts.of(spec)
 end
 
 --- Parameters of `breeding` that a script sets and that no part uses.
----@param spec table
----@param parts table
 ---@param steps { mutation: limax.variation.step, crossover: limax.variation.step }
 ---@return string[] notes
 function named_parts.unused(spec, parts, steps)
@@ -89,8 +83,6 @@ function named_parts.unused(spec, parts, steps)
 end
 
 --- The encoding and the variation of an experiment; leaves in `genome` the fields that it uses.
----@param config table
----@param spec table
 ---@param base string|nil folder of the script
 ---@return limax.encoding.definition|nil
 ---@return string|nil message

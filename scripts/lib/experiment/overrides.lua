@@ -3,7 +3,6 @@
 --- materials are named by name or letter (`materials.bone.stiffness`); values are JSON if they
 --- parse, else text.
 
-local choice = require "limax.base.choice"
 local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
 local host = require "limax.host"
@@ -34,8 +33,6 @@ local function parse(text)
 end
 
 --- The end of a message about changes: how to write a list, if one was meant.
----@param changes string[]
----@return string
 function overrides.hint(changes)
   for _, text in ipairs(changes) do
     local steps, value = parse(text)
@@ -74,9 +71,6 @@ end
 -- Entries of a table of materials besides the materials themselves.
 local of_table = { schema = true, name = true, note = true, fields = true, materials = true }
 
-local material_fields = { "name", "letter", "kind", "stiffness", "mass_per_site", "damping_ratio",
-  "amplitude", "phase", "stiffness_floor" }
-
 -- The steps of a path below a table of materials: the name or letter of a material becomes its
 -- index.
 local function material_path(materials, path)
@@ -89,11 +83,6 @@ local function material_path(materials, path)
   if not found then
     return nil, ("materials: there is no material %q%s"):format(path[2],
       suggest.ending(path[2], names))
-  end
-  local field = path[3]
-  if field and not choice.contains(material_fields, field) then
-    return nil, ("materials.%s.%s: unknown field%s"):format(path[2], field,
-      suggest.ending(field, material_fields))
   end
   return { "materials", tostring(found), unpack(path, 3) }
 end
@@ -169,9 +158,7 @@ local WHOLE = { record = true, selection = true, supervisor = true }
 ---@field materials fun(spec: any): table|nil, string|nil reads a table of materials that is named
 
 --- Applies overrides to a table in place, in their order.
----@param spec table
 ---@param texts string[] "path=value"
----@param context overrides.context
 ---@return true|nil
 ---@return string|nil message
 function overrides.apply(spec, texts, context)

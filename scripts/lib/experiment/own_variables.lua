@@ -18,7 +18,6 @@ local function contains(entries, others)
 end
 
 --- Lists the variables of the functions in a value, and of functions in these, as they are now.
----@return table[]
 function own_variables.list(value, field, list)
   list = list or {}
   for _, key in ipairs(is_plain(value) and choice.sorted_keys(value) or {}) do
@@ -40,7 +39,6 @@ end
 
 --- A note on the listed variables that have changed; nil if none has.
 ---@param base string|nil folder that file names are relative to
----@return string|nil
 function own_variables.note(list, base)
   local parts, first = {}, nil
   for _, each in ipairs(list) do
@@ -55,10 +53,8 @@ function own_variables.note(list, base)
   end
   if not first then return nil end
   local example = type(first.value) == "number" and first.value or is_plain(first.value) and "{}"
-  local advice = first.field == "trials"
-    and "; trials may depend only on the generation and on random" or ""
   return ("%s: variables of a script are lost when a run continues; use state = function() return"
-    .. " { %s = %s } end%s"):format(table.concat(parts, ", "), first.name, example or "...", advice)
+    .. " { %s = %s } end"):format(table.concat(parts, ", "), first.name, example or "...")
 end
 
 return own_variables

@@ -49,7 +49,6 @@ local function bytes_of(genome, count)
 end
 
 --- The description of the robot that a genome describes.
----@param fields limax.robot.of_genome
 ---@return limax.robot.description
 ---@return limax.materials
 function robot_of_genome.describe(fields)

@@ -4,6 +4,7 @@
 
 local choice = require "limax.base.choice"
 local engine = require "limax.engine"
+local sample = require "limax.base.statistics.sample"
 local schema = require "limax.engine.schema"
 local strict = require "limax.engine.strict"
 
@@ -51,8 +52,6 @@ local function drawn(sums, u)
   end
   return low
 end
-
--- ---- schemes ------------------------------------------------------------------------------------
 
 ---@class limax.selection.entry: limax.choice.entry
 ---@field make fun(options: table): limax.selection.scheme
@@ -126,12 +125,6 @@ selection.entries.roulette = {
   end,
 }
 
-local function median(list)
-  table.sort(list)
-  local n = #list
-  return n % 2 == 1 and list[(n + 1) / 2] or (list[n / 2] + list[n / 2 + 1]) / 2
-end
-
 -- Number of cases, the same for every scored robot.
 local function check_cases(population, ranked)
   local count
@@ -167,9 +160,9 @@ local function tolerances(population, ranked, epsilon)
       -- median absolute deviation: the case's own scale, so that close scores count as equal
       local values, deviations = {}, {}
       for r, index in ipairs(ranked) do values[r] = population[index].cases[c] end
-      local middle = median(values)
+      local middle = sample.median(values)
       for r, value in ipairs(values) do deviations[r] = math.abs(value - middle) end
-      tolerance[c] = median(deviations)
+      tolerance[c] = sample.median(deviations)
     end
   end
   return tolerance

@@ -162,7 +162,6 @@ end
 
 --- The trials of a repetition by generation. Equal trials of successive generations are the same
 --- table: robots that were scored in them keep their scores.
----@param repetition integer
 ---@return fun(generation: integer): limax.trial[]
 function Trials:of(repetition)
   if not self.call then return function() return self.list end end

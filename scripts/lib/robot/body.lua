@@ -11,7 +11,6 @@ local body = {}
 local function trimmed(line) return (line:gsub("^%s+", ""):gsub("%s+$", "")) end
 
 --- Splits a text into layers of lines, without the spaces around lines.
----@param text string
 ---@return string[][] layers [z][y], lowest layer first
 function body.layers(text)
   local layers, layer = {}, nil
@@ -31,8 +30,6 @@ function body.layers(text)
 end
 
 --- The letters of a table of materials, as an error shows them.
----@param materials limax.materials
----@return string
 function body.letters_of(materials)
   local texts = {}
   for i = 1, materials.count do
@@ -44,7 +41,6 @@ end
 
 --- Checks layers of letters: lines of equal length, layers of equal height, letters of materials.
 ---@param layers string[][]
----@param materials limax.materials
 ---@return integer[]|nil size voxels along x, y, z
 ---@return string|nil message what is wrong, and where
 function body.measure_layers(layers, materials)
@@ -98,41 +94,10 @@ function body.lattice(layers, lattice)
   end)
 end
 
---- The number of groups of voxels that share no corner, so that nothing joins them.
----@param voxels integer[][][] [x][y][z], 0 where it is empty
----@return integer
-function body.groups(voxels)
-  local seen, waiting, count = body.grid({ #voxels, #voxels[1], #voxels[1][1] },
-    function(x, y, z) return voxels[x][y][z] == 0 end), {}, 0
-  local function visit(x, y, z)
-    local row = seen[x] and seen[x][y]
-    if not row or row[z] ~= false then return false end
-    row[z] = true
-    waiting[#waiting + 1] = { x, y, z }
-    return true
-  end
-  local function visit_neighbours(x, y, z)
-    for near = 0, 26 do
-      visit(x - 1 + near % 3, y - 1 + math.floor(near / 3) % 3, z - 1 + math.floor(near / 9))
-    end
-  end
-  for x = 1, #seen do
-    for y = 1, #seen[1] do
-      for z = 1, #seen[1][1] do
-        if visit(x, y, z) then count = count + 1 end
-        while waiting[1] do visit_neighbours(unpack(table.remove(waiting))) end
-      end
-    end
-  end
-  return count
-end
-
 -- ---- bodies of an engine's population -----------------------------------------------------------
 
 --- The facts of materials that the records of a population need: `letters` and `names` in their
 --- order, `per_site` masses (kg) by voxel value, and `same`, that mass if it is equal for all.
----@param materials limax.materials
----@return table
 function body.facts(materials)
   local facts, letters = { names = {}, per_site = {}, same = nil }, {}
   for m = 1, materials.count do
@@ -149,20 +114,13 @@ function body.facts(materials)
 end
 
 --- The whole lattice of one robot as letters.
----@param population limax.population
----@param i integer
----@param materials limax.materials
----@return string
 function body.letters(population, i, materials)
   return population:text(i, body.facts(materials).letters)
 end
 
 --- Mass of body i, kg: each used site has the mean of its voxels' mass_per_site.
----@param population limax.population
----@param i integer
 ---@param masses integer of the body
 ---@param facts table
----@return number
 function body.mass(population, i, masses, facts)
   if facts.same then return masses * facts.same end
   local voxels, total = population:voxels(i):table(), 0
@@ -194,9 +152,6 @@ end
 ---@field mass number kg
 
 --- The record of a robot's body.
----@param population limax.population
----@param i integer
----@param materials limax.materials
 ---@return limax.body.record
 function body.record(population, i, materials)
   local facts = body.facts(materials)

@@ -23,7 +23,6 @@ local first_work = 5
 
 --- The balance of a trace "ledger".
 ---@param trace limax.view [sample][9] J
----@return limax.robot.energy_balance
 function energy_balance.of(trace)
   local last, first_energy, worst, largest = trace:size(), nil, 0, 0
   local result = {}

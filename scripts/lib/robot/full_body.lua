@@ -7,11 +7,9 @@ local full_body = {}
 
 --- The least bound on the time step over the full bodies of all materials, s, and the material that
 --- sets it.
----@param lattice integer[]
 ---@param materials table engine materials
 ---@param scene table engine scene
 ---@param options table for engine.simulation
----@param device table
 ---@return number bound s
 ---@return string material
 function full_body.bound(lattice, materials, scene, options, device)

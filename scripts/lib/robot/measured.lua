@@ -10,7 +10,6 @@ local measured = {}
 local function fail(pattern, ...) engine.fail(pattern:format(...)) end
 
 --- The engine's outcome of a robot that ended well; only such a robot has measures.
----@param self limax.scored_robot
 ---@param what string names the measure in a message
 ---@return ffi.cdata* limax_outcome
 function measured.outcome(self, what)
@@ -63,7 +62,6 @@ function measured.moved(self, what, from)
 end
 
 --- `robot:distance`, for options that were checked before.
----@param robot limax.scored_robot
 ---@param from? "start"|"middle"
 ---@param axis? "x"|"y"|"z"
 ---@return number m

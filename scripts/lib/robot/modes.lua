@@ -5,6 +5,7 @@ local engine = require "limax.engine"
 local prepared = require "limax.robot.prepared"
 local robot_in_motion = require "limax.robot.robot_in_motion"
 local schema = require "limax.engine.schema"
+local source = require "limax.base.source"
 
 local modes = {}
 
@@ -80,16 +81,11 @@ local function settled(robot, options, parts)
 end
 
 --- The modes of a robot.
----@param robot limax.robot
----@param count? integer
----@param options? limax.robot.modes_options
 ---@return limax.robot.modes
 function modes.of(robot, count, options)
-  local own, standing = {}, false
-  options = options == nil and {} or schema.demand(schema.table, options, "modes: options")
-  for name, value in pairs(options) do
-    if name == "standing" then standing = value == true else own[name] = value end
-  end
+  local own = source.copy(schema.demand(schema.table, options or {}, "modes: options"))
+  local standing = own.standing == true
+  own.standing = nil
   local parts = prepared.parts(robot, own)
   local simulation = standing and settled(robot, own, parts) or still(robot, own, own.scene)
   local pose = simulation:state(1)
@@ -107,8 +103,6 @@ function modes.of(robot, count, options)
 end
 
 --- Describes a table of modes.
----@param all limax.robot.modes
----@return string
 function modes.words(all)
   return ("%s; motions without a restoring force, left out: %d; %s"):format(
     all.standing and "standing in its scene" or "free", all.rigid,
@@ -116,7 +110,6 @@ function modes.words(all)
 end
 
 --- Modes as a table of texts.
----@param all limax.robot.modes
 ---@return string[] columns
 ---@return string[][] rows
 function modes.table(all)

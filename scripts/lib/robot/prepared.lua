@@ -6,12 +6,12 @@ local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
 local output = require "limax.base.output"
-local plausible = require "limax.settings.plausible"
 local robot_file = require "limax.robot.robot_file"
 local robot_trials = require "limax.robot.robot_trials"
 local rows = require "limax.robot.rows"
 local schema = require "limax.engine.schema"
 local settings = require "limax.settings.settings"
+local source = require "limax.base.source"
 local suggest = require "limax.engine.suggest"
 
 local prepared = {}
@@ -32,8 +32,7 @@ end
 
 -- The robot's own settings, overridden by those of `options`.
 local function merged_settings(description, options)
-  local own = {}
-  for name, value in pairs(description.simulation or {}) do own[name] = value end
+  local own = source.copy(description.simulation or {})
   own.edge = description.edge
   return settings.replaced(own, options, settings.names), options.record or own.record
 end
@@ -43,12 +42,6 @@ local warned = {}
 local function warn(text)
   if not warned[text] then output.warn("! simulate: ", text, "\n") end
   warned[text] = true
-end
-
-local function warn_if_buried(scene, resolved)
-  local ground, position = scene:table().ground, resolved.position
-  if not ground or not position or position[3] >= ground.height then return end
-  warn(plausible.buried(position[3], ground.height))
 end
 
 ---@class limax.robot.simulate_options
@@ -84,8 +77,6 @@ end
 --- Makes the population, materials, scene and options for a simulation of a robot.
 ---@param robot { description: limax.robot.description, materials: limax.materials,
 --- population: limax.population } its body is robot 1 of the population
----@param options? limax.robot.simulate_options
----@return limax.robot.prepared
 function prepared.parts(robot, options)
   options = options or {}
   if type(options) ~= "table" then
@@ -118,14 +109,12 @@ end
 --- A simulation that is ready to run; when it has ended, `result()` gives the row and the
 --- context of a scored robot.
 ---@param robot table as of `parts`
----@param options? limax.robot.simulate_options
 ---@return limax.simulation
 ---@return fun(): limax.row, limax.robot.context result
 function prepared.simulation(robot, options)
   local parts = prepared.parts(robot, options)
   local population, materials = parts.population, parts.materials
   local description = parts.robot.description
-  warn_if_buried(parts.scene, parts.options)
   local simulation = engine.simulation(population, materials, parts.scene, parts.options,
     device_of((options or {}).device))
   return simulation, function()

@@ -63,16 +63,13 @@ end
 
 --- The materials that a script names or made; the paper's if it names none.
 ---@param named? string|table|limax.materials
----@return limax.materials
 function robot_file.materials(named)
   if type(named) == "table" and named.get then return named end
   return engine.materials(named or defaults.materials)
 end
 
 --- One robot of an engine's population as a plain table.
----@param i integer
 ---@param edge number m
----@return limax.robot.description
 function robot_file.describe(population, i, materials, edge)
   local layers = body.layers(body.letters(population, i, materials))
   local weights, grids = {}, population:weights(i):table()
@@ -83,7 +80,6 @@ end
 
 --- Puts the body of a description into an engine's population, as its robot i.
 ---@param population limax.population of the description's lattice
----@param i integer
 function robot_file.place(population, i, description, materials)
   local weights = {}
   for _, name in ipairs(robot_file.weights) do
@@ -93,7 +89,6 @@ function robot_file.place(population, i, description, materials)
 end
 
 --- The body of a description as an engine's population of one robot, checked.
----@return limax.population
 function robot_file.build(description, materials)
   local population = engine.population { lattice = description.lattice, count = 1 }
   robot_file.place(population, 1, description, materials)
@@ -173,7 +168,6 @@ local function made(make, value)
 end
 
 --- Checks a decoded file as a whole; `nil, message` on the first field that is wrong.
----@param decoded any
 ---@return limax.robot.description|nil
 ---@return string|nil message
 ---@return limax.materials|nil

@@ -36,7 +36,6 @@ function class.__tostring(self)
 end
 
 --- Makes the object. `finish` makes a scored robot of a simulation that has ended.
----@param simulation limax.simulation
 ---@param finish fun(): limax.scored_robot
 ---@return limax.robot_in_motion
 function robot_in_motion.new(simulation, finish)

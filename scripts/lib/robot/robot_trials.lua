@@ -1,36 +1,15 @@
 --- robot_trials.lua: the trials of one robot: the worlds in which it is simulated. Its row has
 --- their outcomes; its file has scene and settings of each.
 
-local drive = require "limax.settings.drive"
 local engine = require "limax.engine"
 local robot_file = require "limax.robot.robot_file"
 local rows = require "limax.robot.rows"
+local source = require "limax.base.source"
 
 local robot_trials = {}
 
-local function copied(value)
-  local copy = {}
-  for name, entry in pairs(value) do copy[name] = entry end
-  return copy
-end
-
---- Has a period of the muscles too few steps in any of its trials?
----@param row limax.row
----@param whole limax.robot.context
-function robot_trials.is_undersampled(row, whole)
-  local outcomes = rows.outcomes(row)
-  for k, each in ipairs(whole.trials or { whole }) do
-    local step = outcomes[k] and outcomes[k].status ~= 0 and outcomes[k].time_step
-    if step and step == step and drive.problem(each.scene, step) then return true end
-  end
-  return false
-end
-
 --- A robot in each of its trials.
----@param row limax.row
----@param whole limax.robot.context
 ---@param make fun(row: limax.row, context: limax.robot.context): limax.scored_robot
----@return limax.scored_robot[]
 function robot_trials.each(row, whole, make)
   local list = {}
   for k, context in ipairs(whole.trials) do
@@ -43,8 +22,6 @@ function robot_trials.each(row, whole, make)
 end
 
 --- The trials of a robot as its file holds them.
----@param context limax.robot.context
----@return table[]|nil
 function robot_trials.described(context)
   if not context.trials then return nil end
   local list = {}
@@ -59,7 +36,6 @@ end
 --- without trials is its own first one.
 ---@param robot { description: limax.robot.description, materials: limax.materials,
 --- population: limax.population }
----@param k integer
 function robot_trials.of(robot, k)
   local trials = robot.description.trials
   local count = trials and #trials or 1
@@ -68,7 +44,7 @@ function robot_trials.of(robot, k)
       tostring(k)))
   end
   if not trials then return robot end
-  local description = copied(robot.description)
+  local description = source.copy(robot.description)
   description.trials, description.outcome, description.score = nil, nil, nil
   description.scene, description.simulation = trials[k].scene, trials[k].simulation
   local materials, population = robot.materials, robot.population
@@ -81,17 +57,16 @@ function robot_trials.of(robot, k)
 end
 
 --- Row and context of a robot that was simulated in each of its trials.
----@param options limax.robot.simulate_options
 ---@param simulate fun(robot: table, options: table): limax.row, limax.robot.context
 ---@return limax.row
 ---@return limax.robot.context
 function robot_trials.joined(robot, options, simulate)
-  local list, contexts, own = {}, {}, copied(options)
+  local list, contexts, own = {}, {}, source.copy(options)
   for k = 1, #robot.description.trials do
     own.trial = k
     list[k], contexts[k] = simulate(robot, own)
   end
-  local context = copied(contexts[1])
+  local context = source.copy(contexts[1])
   if not options.materials then
     context.population, context.materials = robot.population, robot.materials
   end

@@ -114,8 +114,6 @@ local KIND = {}
 for _, field in ipairs(records.robot) do KIND[field[1]] = kind_of(field) end
 
 --- Marks all fields of a struct as absent.
----@param each ffi.cdata*
----@param all limax.rows
 function row.clear(each, all)
   for name in pairs(all.layout.places) do
     if KIND[name] then writers[KIND[name]](each, name, nil, all) end
@@ -149,9 +147,6 @@ local function outcome_table(o)
 end
 
 --- The outcome of trial k, or of the only simulation, as the engine has it.
----@param all limax.rows
----@param each ffi.cdata*
----@param k? integer
 ---@return ffi.cdata* limax_outcome
 function row.outcome_at(all, each, k)
   return all.facts.trials and each.outcome[(k or 1) - 1] or each.outcome
@@ -195,8 +190,6 @@ for _, field in ipairs(records.robot) do
 end
 
 --- A robot as a table of its own.
----@param robot limax.row
----@return table
 function row.record(robot)
   local record = {}
   for _, name in ipairs(FIELDS) do record[name] = robot[name] end
@@ -206,9 +199,6 @@ end
 function Row:__pairs() return next, row.record(self) end
 
 --- Robot i of an array.
----@param all limax.rows
----@param i integer
----@return limax.row
 function row.of(all, i) return setmetatable({ all, i }, Row) end
 
 return row

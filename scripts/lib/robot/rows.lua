@@ -11,6 +11,7 @@ local outcome = require "limax.engine.outcome"
 local record_rules = require "limax.settings.record_rules"
 local records = require "limax.settings.records"
 local row = require "limax.robot.row"
+local source = require "limax.base.source"
 local structured = require "limax.base.structured"
 
 ---@class limax.rows a list of limax.row
@@ -68,9 +69,6 @@ local function lay_out(self, facts)
 end
 
 --- Makes robots without values.
----@param facts limax.record_rules.facts
----@param count integer
----@return limax.rows
 function rows.new(facts, count)
   local self = setmetatable({ count = count, stamp = 0 }, Rows)
   for i = 1, count do self[i] = row.of(self, i) end
@@ -80,20 +78,12 @@ end
 
 --- The characters of a body's letters in a lattice.
 ---@param lattice integer[] voxels along x, y, z
----@return integer
 function rows.letters(lattice)
   local nx, ny, nz = unpack(lattice)
   return (nx + 1) * ny * nz + nz - 2 -- lines, and lines between layers, without the last line end
 end
 
-local function copy_of(facts)
-  local copy = {}
-  for name, value in pairs(facts) do copy[name] = value end
-  return copy
-end
-
 --- Adds fields for cases and measures that a fitness returned, once for each new one.
----@param self limax.rows
 ---@param cases integer how many
 ---@param measures string[] names
 function rows.widen(self, cases, measures)
@@ -106,7 +96,7 @@ function rows.widen(self, cases, measures)
   end
   if cases <= (had.cases or 0) and #list == #(had.measures or {}) then return end
   table.sort(list)
-  local facts = copy_of(had)
+  local facts = source.copy(had)
   facts.cases, facts.measures = math.max(cases, had.cases or 0), list[1] and list or nil
   local before = { layout = self.layout, data = self.data }
   lay_out(self, facts)
@@ -122,10 +112,6 @@ function Rows:expect(name, value)
 end
 
 --- Copies robots: robot `sources[k]` of `from` becomes robot `places[k]`.
----@param self limax.rows
----@param places integer[]
----@param from limax.rows
----@param sources integer[]
 function rows.copy(self, places, from, sources)
   for k = 1, #places do structured.copy(self, places[k] - 1, from, sources[k] - 1, 1) end
   self.materials = self.materials or from.materials
@@ -140,16 +126,12 @@ local function row_copy(robot, facts)
 end
 
 --- A copy of one robot, which keeps no generation in memory.
----@param robot limax.row
----@return limax.row
 function rows.single(robot) return row_copy(robot)[1] end
 
 -- ---- robots by hand, and their trials -----------------------------------------------------------
 
 --- Describes the robots whose bodies are unknown.
----@param self limax.rows
 ---@param population limax.population expressed
----@param materials limax.materials
 function rows.describe(self, population, materials)
   local facts = body.facts(materials)
   local texts, size = bodies.texts(population, facts.letters)
@@ -169,9 +151,6 @@ end
 --- A robot by hand that was simulated.
 ---@param described { id?: integer, generation?: integer, parents?: integer[] }
 ---@param population limax.population its body is robot 1
----@param materials limax.materials
----@param simulation limax.simulation
----@return limax.row
 function rows.by_hand(described, population, materials, simulation)
   local one = rows.new({ letters = rows.letters(population.lattice) }, 1)
   one[1].id, one[1].generation = described.id or 1, described.generation or 0
@@ -184,10 +163,8 @@ end
 --- A robot by hand that was simulated in several trials.
 ---@param list limax.row[] of each trial
 ---@param population limax.population its body is robot 1
----@param materials limax.materials
----@return limax.row
 function rows.joined(list, population, materials)
-  local facts = copy_of(list[1][1].facts)
+  local facts = source.copy(list[1][1].facts)
   facts.trials = #list
   local one = row_copy(list[1], facts)
   for k, robot in ipairs(list) do
@@ -201,10 +178,8 @@ end
 
 --- A robot in one of its trials only, without a score.
 ---@param robot limax.row with trials
----@param k integer
----@return limax.row
 function rows.of_trial(robot, k)
-  local facts = copy_of(robot[1].facts)
+  local facts = source.copy(robot[1].facts)
   facts.trials, facts.cases, facts.measures = nil, nil, nil
   local one = row_copy(robot, facts)
   rows.forget(one, 1)
@@ -216,8 +191,6 @@ end
 -- ---- what simulations and fitness gave ----------------------------------------------------------
 
 --- Clears the outcome and the score of robot i.
----@param self limax.rows
----@param i integer
 function rows.forget(self, i)
   local each = ffi.cast("uint8_t *", self.data + (i - 1))
   local blank = ffi.cast("const uint8_t *", blank_of(self).data)
@@ -230,8 +203,6 @@ end
 
 --- Sets status and reason of robot i from its outcomes: done if all ended well, else the status of
 --- the first one that did not.
----@param self limax.rows
----@param i integer
 function rows.set_status(self, i)
   local robot, each = self[i], self.data[i - 1]
   for k = 1, self.facts.trials or 1 do
@@ -250,10 +221,7 @@ end
 
 --- Fills in robot i, which is bred from two others.
 ---@param self limax.rows without values there
----@param generation integer
----@param id integer
 ---@param first integer id of a parent
----@param second integer
 function rows.bear(self, i, generation, id, first, second)
   local each = self.data[i - 1]
   each.id, each.generation, each.parents[0], each.parents[1] = id, generation, first, second
@@ -261,8 +229,6 @@ function rows.bear(self, i, generation, id, first, second)
 end
 
 --- Copies the outcomes of some robots from their simulations, one per trial.
----@param self limax.rows
----@param simulations limax.simulation[]
 ---@param mask boolean[] which ones
 function rows.settle(self, simulations, mask)
   for k, simulation in ipairs(simulations) do
@@ -279,7 +245,6 @@ function rows.settle(self, simulations, mask)
 end
 
 --- The engine's outcomes of a robot, one per trial.
----@param robot limax.row
 ---@return ffi.cdata*[] limax_outcome
 function rows.outcomes(robot)
   local all, list = robot[1], {}
@@ -291,7 +256,6 @@ end
 
 --- The engine's outcome of a robot that ended well, of its first trial if it has trials; nil for
 --- other robots.
----@param robot limax.row
 ---@return ffi.cdata*|nil limax_outcome
 function rows.done(robot)
   local o = row.outcome_at(robot[1], robot[1].data[robot[2] - 1])
@@ -299,7 +263,6 @@ function rows.done(robot)
 end
 
 --- Is a step of any simulation of a robot coarse?
----@param robot limax.row
 function rows.is_coarse(robot)
   for _, o in ipairs(rows.outcomes(robot)) do
     if o.coarse ~= 0 then return true end

@@ -10,9 +10,6 @@ local structured = require "limax.base.structured"
 local rows_file = {}
 
 --- The bytes of some robots, or of all.
----@param all limax.rows
----@param indices integer[]|nil
----@return string
 function rows_file.pack(all, indices)
   local some = all
   if indices then
@@ -87,9 +84,7 @@ function rows_file.read(bytes, materials)
 end
 
 --- Copies robots from an array that may have other fields, by the names of the fields.
----@param all limax.rows
 ---@param indices integer[] of these robots here
----@param from limax.rows
 function rows_file.take(all, indices, from)
   rows.widen(all, from.facts.cases or 0, from.facts.measures or {})
   for k, i in ipairs(indices) do structured.copy(all, i - 1, from, k - 1, 1) end

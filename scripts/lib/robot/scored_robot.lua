@@ -36,7 +36,6 @@ local function fail(pattern, ...) engine.fail(pattern:format(...)) end
 ---@field novelty number|nil mean distance to its nearest neighbours, with a novelty archive
 ---@field age integer|nil generations since its oldest ancestor, with the survival "age_fitness"
 ---@field coarse boolean a mass was seen to move farther than a tenth of an edge in one step
----@field undersampled boolean a period of the muscles has fewer than 20 steps
 ---@field trials limax.scored_robot[] it in each trial of the experiment, with all measures; without
 --- trials only the robot itself. The robot's own measures are those of the first trial.
 ---@field genome any view of the genes, nil for a robot made by hand
@@ -134,10 +133,6 @@ local computed = {}
 
 function computed.coarse(self) return rows.is_coarse(self.row) end
 
-function computed.undersampled(self)
-  return robot_trials.is_undersampled(self.row, self.context)
-end
-
 function computed.record(self) return rows.record(self.row) end
 
 -- Fields that are tables. They are made from the row at the first read after it changed, so that
@@ -184,16 +179,12 @@ function class.__tostring(self)
 end
 
 --- Makes the object of a row and its context.
----@param row limax.row
----@param context limax.robot.context
 ---@return limax.scored_robot
 function scored_robot.new(row, context)
   return setmetatable({ row = row, context = context }, class)
 end
 
 --- Robot i of a generation.
----@param robots limax.population.scored
----@param i integer
 ---@return limax.scored_robot
 function scored_robot.of(robots, i)
   return setmetatable({ row = robots.rows[i], [GENERATION] = robots }, class)
@@ -201,7 +192,6 @@ end
 
 --- Robot i of a generation as another simulation of it sees it.
 ---@param row limax.row of that simulation
----@param robots limax.population.scored
 ---@param i integer in the generation
 ---@param other { materials: limax.materials, options?: table[], traces: table } options of each
 --- trial; simulations by robot and trial
@@ -211,8 +201,6 @@ function scored_robot.again(row, robots, i, other)
 end
 
 --- Was it simulated in several trials?
----@param robot limax.scored_robot
----@return boolean
 function scored_robot.has_trials(robot)
   local robots = rawget(robot, GENERATION)
   if robots then return robots.world.config.trials ~= nil end
@@ -221,16 +209,12 @@ end
 
 --- Is this the name of a method that robots have once they are simulated?
 ---@param name any
----@return boolean
 function scored_robot.measures_by(name) return methods[name] ~= nil end
 
 --- Names of the methods of a robot that was simulated.
----@return string[]
 function scored_robot.methods() return choice.sorted_keys(methods) end
 
 --- Is this value a scored robot?
----@param value any
----@return boolean
 function scored_robot.is(value) return getmetatable(value) == class end
 
 -- ---- measures -----------------------------------------------------------------------------------

@@ -71,7 +71,6 @@ end
 
 --- The parts of a fitness's second result: the list of cases and the named measures; nil for an
 --- empty one.
----@param extra table|nil
 ---@return number[]|nil cases
 ---@return table<string, number>|nil measures
 function scoring.parts(extra)
@@ -97,7 +96,6 @@ end
 
 --- Calls a fitness for one robot: its two results, or `nil, nil, message, excusable`. The message
 --- of an error comes with its traceback as fifth result.
----@param robot table
 ---@param state table|nil of the run's scripts
 ---@param ours? boolean is it one of the library, which takes no time?
 ---@return number|nil fitness
@@ -150,7 +148,6 @@ local function is_fatal(failed, n, generation, robots)
 end
 
 --- Scores the robots that ended well, until the run must stop.
----@param request scoring.request
 ---@return scoring.failure[] failures for `scoring.judge`
 function scoring.score(request)
   local failures = {}
@@ -177,9 +174,6 @@ end
 
 --- Reports robots that failed in the fitness. Raises a failure with status 1 where the run must
 --- stop.
----@param failures scoring.failure[]
----@param rows limax.row[]
----@param generation integer
 ---@param say fun(text: string, key: string) called for every robot that fails; `key` is the part of
 --- the text that names no robot and no generation
 function scoring.judge(failures, rows, generation, say)

@@ -97,8 +97,6 @@ local function check_transcript(folder, damage)
 end
 
 --- Lists the damage of a run folder.
----@param folder limax.run.reader
----@return limax.run.damage[]
 function check.folder(folder)
   local damage = {}
   for _, each in ipairs(folder.journal.damage) do damage[#damage + 1] = each end
@@ -117,7 +115,6 @@ function check.folder(folder)
 end
 
 --- Is there a file that could not be read? It may be whole.
----@param damage limax.run.damage[]
 function check.is_unreadable(damage)
   for _, each in ipairs(damage) do
     if each.unreadable then return true end
@@ -126,7 +123,6 @@ function check.is_unreadable(damage)
 end
 
 --- Names a file that a run which has ended lacks; nil if it has all. Reads only names and sizes.
----@param folder limax.run.reader
 ---@return string|nil message
 function check.missing(folder)
   local message
@@ -151,34 +147,19 @@ end
 -- Longest list that a message shows.
 local MOST_SHOWN = 12
 
---- The damage as text, a line for each file.
----@param damage limax.run.damage[]
+--- The damage as text, a line for each part of a file.
 function check.text(damage)
-  local names, first, more, lines = {}, {}, {}, {}
-  for _, each in ipairs(damage) do
-    local name = each.file:match "^[^,]*"
-    if first[name] then
-      more[name] = more[name] + 1
-    else
-      names[#names + 1] = name
-      first[name], more[name] = each, 0
-    end
+  local lines = {}
+  for k = 1, math.min(#damage, MOST_SHOWN) do
+    lines[k] = ("  %s %s"):format(terminal.word(damage[k].file), damage[k].reason)
   end
-  for k = 1, math.min(#names, MOST_SHOWN) do
-    local each, others = first[names[k]], more[names[k]]
-    lines[k] = ("  %s %s"):format(terminal.word(each.file), each.reason)
-      .. (others > 0 and (", and %d more in this file"):format(others) or "")
-  end
-  local hidden = #names - MOST_SHOWN
-  if hidden > 0 then lines[#lines + 1] = ("  ... and %d more files"):format(hidden) end
+  local hidden = #damage - MOST_SHOWN
+  if hidden > 0 then lines[#lines + 1] = ("  ... and %d more"):format(hidden) end
   return table.concat(lines, "\n")
 end
 
 --- The last generation up to which everything is whole; nil if the damage belongs to no
 --- generation, or to the first one.
----@param folder limax.run.reader
----@param damage limax.run.damage[]
----@return integer|nil
 function check.last_whole(folder, damage)
   local last = -1
   for _, r in ipairs(folder:repetitions()) do last = math.max(last, folder:last(r)) end

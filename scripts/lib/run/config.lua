@@ -57,11 +57,9 @@ function config.of(experiment, options)
 end
 
 --- The hash of a text of config.json, whoever sealed it.
----@param text string
 function config.hash(text) return host.xxh3(seal.without(text)) end
 
 --- Reads the text of a configuration.
----@param text string
 ---@param path string names it in messages
 ---@return table|nil config
 ---@return string owner "own", "other", "edited" or "none" of seal.open, or what is wrong
@@ -76,7 +74,6 @@ end
 
 --- A hash of what affects the scores: fields of the configuration, and the texts of all scripts,
 --- since any of them may hold a part of the fitness.
----@return string
 function config.scored_by(made)
   local scored = { scripts = host.json.array {} }
   for name, value in pairs(made) do

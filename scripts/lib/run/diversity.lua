@@ -3,6 +3,7 @@
 --- the lattice, without alignment.
 
 local engine = require "limax.engine"
+local source = require "limax.base.source"
 local strict = require "limax.engine.strict"
 
 local diversity = strict.module "limax.diversity"
@@ -45,11 +46,8 @@ function diversity.measure(population, ranked, materials)
   if #ranked == 0 then return {} end
   -- so that sums do not depend on the ranking
   local function sorted(list)
-    local copy, is_in = {}, {}
-    for _, index in ipairs(list) do is_in[index] = true end
-    for index = 1, population.count do
-      if is_in[index] then copy[#copy + 1] = index end
-    end
+    local copy = source.copy(list)
+    table.sort(copy)
     return copy
   end
   return { all = named(population:diversity(sorted(ranked)), materials),

@@ -49,7 +49,6 @@ local function update(self)
 end
 
 --- Ends the run after a disk error; complete generations stay on disk.
----@param ok any
 function Folder:check(ok, message)
   update(self)
   if ok then return end
@@ -119,7 +118,6 @@ end
 
 --- Writes a generation asynchronously; the line of the journal comes last. Raises an error of
 --- writing an earlier one.
----@param written limax.run_folder.generation
 ---@return number seconds that the run waited
 function Folder:write(written)
   local began, robots = host.clock(), written.robots
@@ -145,10 +143,8 @@ function Folder:write(written)
   line.files.champion = put(self, place "champion",
     robot_file.text(robots[robots.ranked[1]]:table()))
   line.files.matrix = written.matrix and put(self, place "matrix", npy.table(written.matrix))
-  local ledger, seconds = { schema = "limax.ledger/1", repetition = repetition,
-    generation = generation }, {}
-  for key, value in pairs(robots.decided.ledger) do ledger[key] = value end
-  for key, value in pairs(robots.timing) do seconds[key] = value end
+  local ledger, seconds = source.copy(robots.decided.ledger), source.copy(robots.timing)
+  ledger.schema, ledger.repetition, ledger.generation = "limax.ledger/1", repetition, generation
   line.lines.ledger = append(self, "ledger", repetition, ledger)
   line.lines.metrics = append(self, "metrics", repetition, written.metrics)
   seconds.write = host.clock() - began
@@ -253,7 +249,6 @@ end
 
 --- Makes a new run folder.
 ---@param options { repetition: integer|nil, overrides: string[]|nil, own_loop: true|nil }
----@return limax.run_folder
 function folder.create(path, experiment, options)
   local self, message = folder.take(path)
   if not self then failure.raise(2, message) end
@@ -263,7 +258,6 @@ end
 
 --- Begins to write: adds this process, its device and the number of its ranks to the journal. From
 --- here on the configuration is in force.
----@param device limax.device
 ---@param ranks integer|nil of mpirun
 function Folder:start(device, ranks)
   note(self, { kind = "begin", started = host.time(), version = host.version,
@@ -276,7 +270,6 @@ end
 -- ---- continuing a run ---------------------------------------------------------------------------
 
 --- Opens and locks a run folder, to continue it. Changes nothing yet.
----@return limax.run_folder
 function folder.open(path)
   local read = folder.read(path)
   local self, message = locked(read.path)
@@ -405,7 +398,6 @@ end
 --- they are in force from the next `start` on. Nothing is changed before everything is verified.
 ---@param made table the current configuration
 ---@param scripts table[] the current scripts
----@param changed boolean
 ---@param from? integer the last generation to keep
 function Folder:continue(made, scripts, changed, from)
   local damage = check.folder(self)

@@ -122,7 +122,6 @@ local function take(self, text, number)
 end
 
 --- Reads the journal of a folder. Ignores a last line without its end.
----@param folder string
 ---@return limax.journal|nil
 ---@return string|nil message
 ---@return boolean|nil missing
@@ -147,7 +146,6 @@ function journal.read(folder)
 end
 
 --- Adds a line and returns its text.
----@param line table
 ---@param state? string JSON of the field `state`
 ---@return string text
 ---@return integer bytes of it before the state

@@ -9,8 +9,6 @@ local sorting = require "limax.base.sorting"
 local metrics = {}
 
 --- Indices of the scored robots, best first; equal ones in index order.
----@param all limax.rows
----@return integer[]
 function metrics.rank(all)
   local ranked, scored, values = {}, {}, {}
   for i, row in ipairs(all) do
@@ -92,7 +90,6 @@ end
 --- The metrics of a scored population: best, mean, median, worst and quantiles of the fitness,
 --- diversity, failures, champion, and what the fitness returned besides its score.
 ---@param population table a scored population
----@return table
 function metrics.measure(population)
   local all, ranked = population.rows, population.ranked
   local ascending, sum, quantiles = {}, 0, {}

@@ -56,15 +56,11 @@ local function runs_in(folder)
 end
 
 --- Reads a run folder as it is now; ends the command if it is not one.
----@param path string
----@return limax.run.reader
 function reader.read(path)
   path = #path > 1 and path:gsub("/+$", "") or path
   if not reader.is_run(path) then
-    local old = host.file.exists(path .. "/" .. config.FILE) == "file"
-    failure.raise(2, old and ("%s was written by an earlier limax (it has no journal.jsonl): read"
-      .. " it with that version"):format(path)
-      or ("%s is not a run folder: it has no config.json%s"):format(path, runs_in(path)))
+    failure.raise(2, ("%s is not a run folder: it has no config.json and journal.jsonl%s"):format(
+      path, runs_in(path)))
   end
   source.refuse_links(path, 1)
   local read, message = journal.read(path)
@@ -89,19 +85,16 @@ end
 
 --- A reader that another rank made: of its scripts only.
 ---@param facts { path: string, config: table, config_name: string, owner: string }
----@return limax.run.reader
 function reader.of(facts) return setmetatable(facts, Reader) end
 
 --- The folder of the scripts of a configuration.
 ---@param name? string of its file; that in force if left out
----@return string
 function Reader:scripts_path(name)
   return self.path .. "/" .. (name or self.config_name):gsub("^config", "scripts")
     :gsub("%.json$", "")
 end
 
 --- The repetitions that have a generation.
----@return integer[]
 function Reader:repetitions()
   local list = {}
   for _, r in ipairs(choice.sorted_keys(self.journal.generations)) do
@@ -111,11 +104,9 @@ function Reader:repetitions()
 end
 
 --- The newest generation of a repetition; -1 where it has none.
----@return integer
 function Reader:last(repetition) return self.journal:newest(repetition) end
 
 --- The evaluations of a repetition so far.
----@return integer
 function Reader:evaluations(repetition)
   local entry = self.journal:entry(repetition, self:last(repetition))
   return entry and entry.evaluations or 0
@@ -165,7 +156,6 @@ end
 
 --- The lines of a growing file, of all generations that the journal names.
 ---@param name "metrics"|"ledger"|"timing"
----@return table[]
 function Reader:lines(name, repetition)
   local list = {}
   each_line(self, name, repetition, 0, self:last(repetition), function(text, entry, where)
@@ -175,7 +165,6 @@ function Reader:lines(name, repetition)
 end
 
 --- The line of one generation, without the fields that identify it.
----@return table
 function Reader:line(name, repetition, generation)
   local found
   each_line(self, name, repetition, generation, generation, function(text, entry, where)
@@ -210,7 +199,6 @@ local function why_missing(entry)
 end
 
 --- Does the folder have all robots of a generation?
----@return boolean
 function Reader:has_robots(repetition, generation)
   local entry = self.journal:entry(repetition, generation)
   return entry ~= nil and (not entry.recent or generation > self:last(repetition) - files.RECENT)
@@ -253,13 +241,11 @@ local function materials_of(self)
 end
 
 --- The bytes of a generation's robots.
----@return string
 function Reader:robots(repetition, generation)
   return (self:file("robots", repetition, generation))
 end
 
 --- The robots of a generation.
----@return limax.rows
 function Reader:rows(repetition, generation)
   local bytes, path = self:file("robots", repetition, generation)
   local all, message = rows_file.read(bytes, materials_of(self))
@@ -268,7 +254,6 @@ function Reader:rows(repetition, generation)
 end
 
 --- The genomes of a generation, or of one robot.
----@param index integer|nil
 ---@return string float32 [robot][gene], or [gene]
 function Reader:genomes(repetition, generation, index)
   local bytes, path = self:file("genomes", repetition, generation)

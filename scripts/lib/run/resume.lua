@@ -7,7 +7,6 @@ local flat = require "limax.base.flat"
 local host = require "limax.host"
 local run_folder = require "limax.run.folder"
 local scripts = require "limax.run.scripts"
-local source = require "limax.base.source"
 
 local resume = {}
 
@@ -15,7 +14,7 @@ local resume = {}
 local fixed_fields = { genome = true, islands = true, lattice = true, population = true,
   seed = true }
 
--- Longest list of differing lines or fields that a message shows.
+-- Longest list of differing fields that a message shows.
 local most_shown = 12
 
 local function flatten(made)
@@ -27,46 +26,16 @@ local function flatten(made)
 end
 
 --- Fields in which two configurations differ, except those of `run`, in alphabetical order.
----@param before table
----@param now table
 ---@return { path: string, before: string, now: string }[]
 function resume.differences(before, now)
   -- through JSON, so that both sides have the types of a file
   return flat.differences(flatten(before), flatten(host.json.decode(host.json.encode(now))))
 end
 
-local function split(text)
-  local list = {}
-  for line in (text:gsub("\n$", "") .. "\n"):gmatch "(.-)\n" do list[#list + 1] = line end
-  return list
-end
-
--- The lines in which two texts differ, between their common beginning and end: "-12: text" for a
--- line that is gone, "+12: text" for one that is new.
-local function line_differences(before, now)
-  local old, new, list = split(before), split(now), {}
-  local first, last_old, last_new = 1, #old, #new
-  while first <= math.min(last_old, last_new) and old[first] == new[first] do first = first + 1 end
-  while last_old >= first and last_new >= first and old[last_old] == new[last_new] do
-    last_old, last_new = last_old - 1, last_new - 1
-  end
-  for k = first, last_old do list[#list + 1] = ("-%d: %s"):format(k, old[k]) end
-  for k = first, last_new do list[#list + 1] = ("+%d: %s"):format(k, new[k]) end
-  return list
-end
-
--- Adds the texts of a list, shortened, to the lines of a message.
-local function add_shortened(lines, list, indent)
-  for k = 1, math.min(#list, most_shown) do lines[#lines + 1] = indent .. list[k] end
-  local more = #list - most_shown
-  if more > 0 then lines[#lines + 1] = ("%s... and %d more"):format(indent, more) end
-end
-
--- Adds how a script differs from its copy to the lines of a message.
-local function add_change(lines, folder, file, text)
-  lines[#lines + 1] = ("  %s has changed:"):format(file)
-  local before = source.read_own(folder:scripts_path() .. "/" .. file) or ""
-  add_shortened(lines, line_differences(before, text), "    ")
+-- Adds a script that has another text than its copy to the lines of a message.
+local function add_change(lines, folder, file)
+  lines[#lines + 1] = ("  %s has changed: the run has %s/%s"):format(file, folder:scripts_path(),
+    file)
 end
 
 -- Adds changed, missing and new scripts to the lines of a message.
@@ -78,7 +47,7 @@ local function add_script_changes(lines, folder, current)
     if not kept[copy.file] then
       lines[#lines + 1] = ("  %s is new"):format(copy.file)
     elseif kept[copy.file] ~= copy.sha256 then
-      add_change(lines, folder, copy.file, copy.text)
+      add_change(lines, folder, copy.file)
     end
   end
   for _, copy in ipairs(folder.config.run.scripts) do
@@ -107,19 +76,20 @@ local function compare(folder, made, current, allowed, switch)
         :format(folder.path, top, list[k]))
     end
   end
-  add_shortened(lines, list, "  ")
+  for k = 1, math.min(#list, most_shown) do lines[k] = "  " .. list[k] end
+  local more = #list - most_shown
+  if more > 0 then lines[#lines + 1] = ("  ... and %d more"):format(more) end
   add_script_changes(lines, folder, current)
   if #lines > 0 and not allowed then refuse_changes(folder, lines, switch) end
   return { changed = #lines > 0, text = table.concat(lines, "\n") }
 end
 
 --- Refuses a folder whose original scripts differ from those that ran, before any of them runs.
----@param folder limax.run.reader
 function resume.check_scripts(folder)
   local path, is_original = scripts.chosen(folder)
   local lines = {}
-  for _, each in ipairs(is_original and scripts.changed(path, folder.config.run.scripts) or {}) do
-    add_change(lines, folder, each.file, each.text)
+  for _, file in ipairs(is_original and scripts.changed(path, folder.config.run.scripts) or {}) do
+    add_change(lines, folder, file)
   end
   if lines[1] then refuse_changes(folder, lines) end
 end
@@ -129,7 +99,6 @@ end
 --- run; `from` is the last generation to keep
 ---@param allowed boolean may configuration and script differ?
 ---@param switch? string what would allow it
----@return limax.resume.comparison
 function resume.continue(folder, experiment, options, allowed, switch)
   local made, current = config.of(experiment, options)
   local comparison = compare(folder, made, current, allowed, switch)
@@ -141,7 +110,6 @@ end
 ---@param allowed boolean may configuration and script differ?
 ---@param from integer|nil the last generation to keep
 ---@return limax.run_folder
----@return limax.resume.comparison
 function resume.open(path, experiment, repetition, allowed, from)
   local folder = run_folder.open(path)
   local before = folder.config.run.repetition
@@ -150,9 +118,9 @@ function resume.open(path, experiment, repetition, allowed, from)
       before and "repetition " .. before or "all repetitions", repetition,
       before and "" or "; limax run --resume continues it"))
   end
-  local comparison = resume.continue(folder, experiment,
-    { repetition = repetition, from = from, own_loop = true }, allowed, "changed = true")
-  return folder, comparison
+  resume.continue(folder, experiment, { repetition = repetition, from = from, own_loop = true },
+    allowed, "changed = true")
+  return folder
 end
 
 return resume

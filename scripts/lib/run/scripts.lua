@@ -18,7 +18,6 @@ local function refuse(text, ...) failure.raise(2, text:format(...)) end
 ---@param file string its name
 ---@param owner "other"|"edited"|"none"
 ---@param key string|nil name of the key that sealed it
----@return string
 function scripts.distrust(path, file, owner, key)
   local trust = "limax trust " .. shell.path(path)
   if owner == "edited" then
@@ -33,7 +32,6 @@ function scripts.distrust(path, file, owner, key)
 end
 
 --- Ends the command unless a folder is under the user's own seal.
----@param folder limax.run.reader
 function scripts.require_own(folder)
   if folder.owner == "own" then return end
   refuse("%s", scripts.distrust(folder.path, folder.config_name, folder.owner, folder.key))
@@ -52,7 +50,6 @@ local function refuse_unlisted(path, listed, prefix)
 end
 
 --- The copies of a folder's scripts and prompts, each as it was recorded.
----@param folder limax.run.reader
 ---@return table<string, string> texts by their names
 ---@return string path of the folder that holds them
 function scripts.texts(folder)
@@ -98,7 +95,6 @@ local function compiler_of(place, texts)
 end
 
 --- Runs the copy of the experiment's script.
----@param folder limax.run.reader
 ---@return any value what the script returns
 ---@return string file
 function scripts.run_copy(folder)
@@ -121,13 +117,11 @@ local function is_fixed(path)
 end
 
 --- Is the original of a recorded script there?
----@param path string
 function scripts.is_there(path)
   return is_fixed(path) and host.file.exists(path) == "file"
 end
 
 --- The file that a resumed run executes: the original if it is there, else the copy.
----@param folder limax.run.reader
 ---@return string path
 ---@return boolean is_original
 function scripts.chosen(folder)
@@ -140,22 +134,18 @@ function scripts.chosen(folder)
 end
 
 --- The recorded scripts whose originals, beside the script at `path`, have another text now.
----@param path string
 ---@param recorded { file: string, sha256: string }[]
----@return { file: string, text: string }[]
+---@return string[] files
 function scripts.changed(path, recorded)
   local list, base = {}, source.folder_of(path)
   for _, each in ipairs(recorded) do
     local text = source.read(base .. "/" .. each.file)
-    if text and host.sha256(text) ~= each.sha256 then
-      list[#list + 1] = { file = each.file, text = text }
-    end
+    if text and host.sha256(text) ~= each.sha256 then list[#list + 1] = each.file end
   end
   return list
 end
 
 --- Runs the script of a folder: the original, else the copy.
----@param folder limax.run.reader
 ---@return any value what it returns
 ---@return string path
 ---@return string|nil note

@@ -47,8 +47,6 @@ local function problem(value, path, above)
 end
 
 --- The text of a state; ends the run if it is not plain data.
----@param value any
----@return string
 function state.encode(value)
   if type(value) ~= "table" then
     failure.raise(1, "state: expected a table, got " .. schema.show(value))
@@ -67,13 +65,9 @@ local function plain(value)
 end
 
 --- The state of a text that `encode` made.
----@param text string
----@return table
 function state.decode(text) return plain((host.json.decode(text))) end
 
 --- A copy, for calls that must not change the state of a run.
----@param value table|nil
----@return table|nil
 function state.copy(value) return value and state.decode(state.encode(value)) end
 
 return state

@@ -30,7 +30,6 @@ local function has_link(folder, path)
 end
 
 --- Reads the study of a folder.
----@param folder string
 ---@return table study
 ---@return "own"|"other"|"edited"|"none" owner
 ---@return string|nil key name of the key that sealed it
@@ -59,7 +58,6 @@ function study_file.read(folder)
 end
 
 --- Writes the study of a folder, sealed.
----@param folder string
 ---@param study { script: table|nil, runs: table[] }
 function study_file.write(folder, study)
   study.schema, study.seal = "limax.study/2", nil

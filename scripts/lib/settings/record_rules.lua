@@ -158,12 +158,9 @@ end
 --- The rule of an object with these fields, for readers. Other fields are kept: a later version may
 --- add some.
 ---@param rows table[] of records.lua
----@return schema.rule
 function record_rules.rule(rows) return rule_below(rows, "") end
 
 --- The names of the fields, in order, without those within others.
----@param rows table[]
----@return string[]
 function record_rules.names(rows)
   local list = {}
   for k, each in ipairs(below(rows, "")) do list[k] = each.name end
@@ -215,8 +212,6 @@ end
 local STRUCTS = { body = struct_fields "body", outcome = struct_fields "outcome" }
 
 --- The fields of a robot in an array, for base/structured.lua.
----@param facts limax.record_rules.facts
----@return limax.structured.field[]
 function record_rules.robot_fields(facts)
   local fields = {}
   for _, row in ipairs(records.robot) do
@@ -283,9 +278,7 @@ end
 local PARTS = { spread = "see [Spread](#spread)", diversity = "see [Diversity](#diversity)" }
 
 --- A table of RUN_FOLDER.md: a line for each field.
----@param rows table[]
 ---@param in_array? boolean are these fields of an array, whose types are shown?
----@return string
 function record_rules.page(rows, in_array)
   local lines = { in_array and "| field | unit | meaning | type |" or "| field | unit | meaning |",
     in_array and "|---|---|---|---|" or "|---|---|---|" }

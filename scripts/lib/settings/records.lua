@@ -48,14 +48,11 @@ records.robot = {
     only = "novelty" },
   { "entered", "i8?", "its place among the robots that entered the archive in this generation",
     unit = "1", by = "archive", only = "archive" },
-  { "cell", "i8?", "of the archive, if it entered: of a grid the first descriptor varies"
-    .. " fastest, of"
-    .. " a CVT archive it is the place in `limax.archive.centres`; those of island 2 follow"
-    .. " those of"
-    .. " island 1", unit = "1", by = "archive", only = "archive" },
-  { "cases", "f8[cases]?", "the cases that the fitness returned, for lexicase selection; the end"
-    .. " of a"
-    .. " shorter list is NaN", unit = "as in the fitness", by = "score" },
+  { "cell", "i8?", "of the archive, if it entered: of a grid the first descriptor varies fastest,"
+    .. " of a CVT archive it is the place in `limax.archive.centres`; those of island 2 follow"
+    .. " those of island 1", unit = "1", by = "archive", only = "archive" },
+  { "cases", "f8[cases]?", "the cases that the fitness returned, for lexicase selection; the end of"
+    .. " a shorter list is NaN", unit = "as in the fitness", by = "score" },
   { "measures", "measures?", "the numbers that the fitness returned by name",
     unit = "as in the fitness", by = "score" },
 }
@@ -76,8 +73,7 @@ records.body = {
 records.outcome = {
   { "status", "i4", "0 not simulated, 2 done, 3 invalid, 4 diverged", unit = "1" },
   { "reason", "i4?", "invalid: as the status of the body; diverged: 1 nonfinite, 2 speed, 3"
-    .. " stretch",
-    unit = "1" },
+    .. " stretch", unit = "1" },
   { "step", "i8", "done since settling began", unit = "steps" },
   { "steps", "i8", "in all", unit = "steps" },
   { "time", "f8?", "of the last step, from t = 0", unit = "s" },
@@ -149,8 +145,7 @@ records.generation = {
   { "failed", "table", "without a score, by cause", by = "record" },
   { "failed.invalid", "whole", "without a body that can be simulated", unit = "robots" },
   { "failed.diverged", "whole", "whose simulation exceeded the bounds of speed or stretch, or"
-    .. " became"
-    .. " non-finite", unit = "robots" },
+    .. " became non-finite", unit = "robots" },
   { "failed.fitness", "whole", "whose fitness failed, or was not finite", unit = "robots" },
   { "champion", "table", "the best robot", by = "record" },
   { "champion.id", "whole", "", unit = "1" },
@@ -210,13 +205,11 @@ records.history = {
 --- The origin of a generation's parameters: a line of rNN/ledger.jsonl.
 records.ledger = {
   { "supervisor", "text", "its name, or `function`; for a replay `llm`", by = "supervise" },
-  { "source", "text?", "for `llm`, the source of the values: `model`, the fallback's name,"
-    .. " `keep`, or"
-    .. " `held` (not asked, see `ask_every`)", by = "supervise" },
+  { "source", "text?", "for `llm`, the source of the values: `model`, the fallback's name, `keep`,"
+    .. " or `held` (not asked, see `ask_every`)", by = "supervise" },
   { "reason", "text?", "the supervisor's explanation, or how it failed", by = "supervise" },
-  { "entries", "list", "none in generation 0; else one per field, and one per proposed field"
-    .. " that is"
-    .. " unknown", by = "supervise" },
+  { "entries", "list", "none in generation 0; else one per field, and one per proposed field that"
+    .. " is unknown", by = "supervise" },
   { "entries[].field", "text", "`mutation_rate`, ..., `materials.MATERIAL.stiffness`, ..., or an"
     .. " unknown proposed field" },
   { "entries[].before", "number?", "value in the previous generation; absent for an unknown field",
@@ -243,8 +236,7 @@ records.timing = {
     .. " while the files of the generation before are written", unit = "s" },
   { "seconds.fitness", "number", "the fitness, and what archive and survival measure", unit = "s" },
   { "seconds.ranks", "number?", "on several ranks of `mpirun`: that rank 0 waited for the others"
-    .. " and"
-    .. " exchanged scores with them; the other times are its own", unit = "s" },
+    .. " and exchanged scores with them; the other times are its own", unit = "s" },
   { "seconds.write", "number", "that the run waited for the files of earlier generations",
     unit = "s" },
   { "supervision", "table?", "absent in generation 0", by = "supervise" },
@@ -272,9 +264,8 @@ records.journal = {
     { "started", "text", "UTC, when a process began to write, as `2026-11-21T10:15:03Z`" },
     { "version", "text", "of limax" },
     { "commit", "text?", "that limax was built from" },
-    { "ranks", "whole?", "of `mpirun`, where there were several; `machine` and `device` are"
-    .. " those of"
-      .. " rank 0", unit = "1" },
+    { "ranks", "whole?", "of `mpirun`, where there were several; `machine` and `device` are those"
+      .. " of rank 0", unit = "1" },
     { "config", "file", "the configuration from here on" },
     { "config_hash", "hash", "of its text" },
     { "transcript", "whole?", "size of `transcript.jsonl`, where a model was asked before",
@@ -320,7 +311,7 @@ records.journal = {
     { "scored_by", "hash", "of all that affects the scores" },
     { "evaluations", "whole", "in this repetition up to here", unit = "robots" },
     { "recent", "switch?", "true: its robots and genomes are removed after three more"
-    .. " generations" },
+      .. " generations" },
     { "files", "table", "size in bytes and hash of each file" },
     { "files.robots", "part", "`rNN/robots/gNNNN.npy`" },
     { "files.genomes", "part", "`rNN/genomes/gNNNN.npy`" },
@@ -331,8 +322,7 @@ records.journal = {
     { "lines.ledger", "part", "" },
     { "lines.timing", "part", "" },
     { "transcript", "whole?", "size of `transcript.jsonl` when the generation ended, which only"
-    .. " grows",
-      unit = "bytes" },
+      .. " grows", unit = "bytes" },
     { "state", "any?", "of the experiment's functions, as the scores left it" },
   },
   cut = {
@@ -361,8 +351,7 @@ records.run = {
   { "repetitions", "repetitions", "of the whole evolution", unit = "repetitions" },
   { "genome", "any", "see [REFERENCE.md](REFERENCE.md#fields-of-an-experiment)" },
   { "breeding", "any", "see [REFERENCE.md](REFERENCE.md#fields-of-an-experiment); the initial"
-    .. " values,"
-    .. " which a supervisor may change" },
+    .. " values, which a supervisor may change" },
   { "fitness", "choice", "see [Choice](#choice)" },
   { "selection", "choice", "see [Choice](#choice)" },
   { "supervisor", "choice", "see [Choice](#choice)" },
@@ -380,8 +369,7 @@ records.run = {
   { "simulation", "simulation", "see [REFERENCE.md](REFERENCE.md#fields-of-an-experiment)" },
   { "simulation.accuracy", "text", "the tier: `preview`, `evolve`, `publish`, `reference`" },
   { "record", "traces", "see [REFERENCE.md](REFERENCE.md#fields-of-an-experiment); 0 for none."
-    .. " Traces"
-    .. " are not stored" },
+    .. " Traces are not stored" },
   { "record_population", "kept?", "the experiment's `record.population`, where it is not `all`" },
   { "not_in_paper", "texts?", "choices that are not from the paper, as the script states them" },
   { "run", "table", "" },

@@ -20,8 +20,6 @@ local function forget_auto(simulation)
 end
 
 --- The rule of a field that may be absent.
----@param rule schema.rule
----@return schema.rule
 function settings.optional(rule)
   return function(value, path)
     if value == nil then return nil end
@@ -30,8 +28,6 @@ function settings.optional(rule)
 end
 
 --- The rule of a lattice.
----@param default? integer[]
----@return schema.rule
 function settings.lattice(default)
   return schema.list(schema.number(defaults.fields.experiment.lattice), { count = 3,
     default = default, expected = "a list { nx, ny, nz } of voxels" })
@@ -72,10 +68,8 @@ end
 
 --- Replaces some settings: an accuracy replaces the whole tier, and a fixed step removes the fields
 --- of an automatic one.
----@param own table
 ---@param changes table other fields of it are ignored
 ---@param names string[] the settings
----@return table
 function settings.replaced(own, changes, names)
   local result = {}
   for _, name in ipairs(names) do result[name] = own[name] end
@@ -142,7 +136,6 @@ function settings.base_rate(record)
 end
 
 --- Completes checked tables in place: tier and rounding. Returns notes for the user.
----@param simulation table
 ---@param record table<string, integer>
 ---@return string[] notes
 function settings.finish(simulation, record)
@@ -156,9 +149,7 @@ function settings.finish(simulation, record)
 end
 
 --- Makes the options of `engine.simulation` from finished tables.
----@param simulation table
 ---@param record table<string, integer>
----@return table
 function settings.engine_options(simulation, record)
   local options = { record = record }
   for key, value in pairs(simulation) do

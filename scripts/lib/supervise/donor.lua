@@ -97,7 +97,6 @@ end
 ---@param begin fun(from: limax.donor, options: table): fun(generation: integer): table|nil, string
 --- the setting for a generation, or nil; and the reason, with %s for the source
 ---@param options? table<string, schema.rule> besides those of every such supervisor
----@return limax.supervisor.entry
 function donor.supervisor(begin, options)
   local all = options or {}
   for name, rule in pairs(donor.options) do all[name] = rule end

@@ -5,6 +5,7 @@
 
 local defaults = require "limax.settings.defaults"
 local schema = require "limax.engine.schema"
+local settings = require "limax.settings.settings"
 
 local fields = defaults.fields.llm
 
@@ -13,14 +14,6 @@ local function no_key(value, path)
   if value == nil then return nil end
   return nil, ("%s: an experiment cannot name a key, because it is recorded with the run; set"
     .. " LIMAX_LLM_KEY, or LIMAX_LLM_KEY_FILE to a file that only you can read"):format(path)
-end
-
--- A number whose default depends on the endpoint.
-local function optional(field)
-  local rule = schema.number(field)
-  return function(value, path)
-    if value ~= nil then return rule(value, path) end
-  end
 end
 
 -- A rule for a function, or a value that `accepts`.
@@ -59,8 +52,9 @@ local options = {
   -- of the client
   url = schema.text("%S+", "the URL of an endpoint, without spaces"),
   model = schema.text("%S[^%c]*", "the name of a model"),
-  budget = optional(fields.budget),
-  timeout = optional(fields.timeout),
+  -- their defaults depend on the endpoint
+  budget = settings.optional(schema.number(fields.budget)),
+  timeout = settings.optional(schema.number(fields.timeout)),
   max_tokens = schema.number(fields.max_tokens),
   max_calls = schema.number { unit = "requests", minimum = 1, maximum = 1e9, integer = true },
   max_tokens_total = schema.number { unit = "tokens", minimum = 1, maximum = 1e12 },

@@ -5,6 +5,7 @@
 
 local choice = require "limax.base.choice"
 local schema = require "limax.engine.schema"
+local source = require "limax.base.source"
 local suggest = require "limax.engine.suggest"
 
 local proposals = {}
@@ -45,12 +46,10 @@ for _, name in ipairs(fixed) do is_fixed[name] = true end
 --- The limits that bind proposals in a population of this size, narrowed by an experiment's ranges.
 ---@param ranges? table<string, number[]> field -> { least, most }
 ---@param allowed? { hyperparameters: boolean, materials: boolean } everything if left out
----@return limax.limit[]
 function proposals.limits(population, ranges, allowed)
   local list = {}
   for i, general in ipairs(proposable) do
-    local limit = {}
-    for key, value in pairs(general) do limit[key] = value end
+    local limit = source.copy(general)
     limit.allowed = not allowed or allowed[limit.material and "materials" or "hyperparameters"]
     -- at least one robot is kept
     if limit.field == "elite_fraction" then limit.minimum = 1 / population end
@@ -73,7 +72,6 @@ function proposals.material_fields(material)
 end
 
 --- The values that the largest change per generation allows, regardless of the range.
----@param limit limax.limit
 ---@param unit number of the limit's range: the first value of a stiffness, else 1
 ---@return number least
 ---@return number most
@@ -270,7 +268,6 @@ end
 
 --- Judges a proposal. Returns the next parameters, the next material fields (name -> field ->
 --- value) and the ledger record: supervisor, reason and one entry per field, in a fixed order.
----@param request limax.proposal.request
 ---@return table<string, number> parameters
 ---@return table<string, table<string, number>> materials
 ---@return { supervisor: string, source: string|nil, reason: string|nil, entries: table[] } record

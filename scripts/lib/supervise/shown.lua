@@ -57,9 +57,7 @@ local List = { __index = function(_, key)
 end }
 
 --- A history for one call of a user's function.
----@param history limax.generation[]
 ---@param views? limax.generation[] of an earlier call, whose entries are used again
----@return limax.generation[]
 function shown.of(history, views)
   views = views or {}
   local list = setmetatable({}, List)

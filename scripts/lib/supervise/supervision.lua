@@ -70,9 +70,6 @@ end
 ---@field state table|nil as the supervisor left it
 
 --- Decides about the generation after `robots`.
----@param run limax.run
----@param robots limax.population.scored
----@return limax.supervision.decided
 function supervision.decide(run, robots)
   local generation, world = robots.generation + 1, run.world
   local random = engine.random(world.config.seed, world.repetition, "supervision", generation, 0)
@@ -113,7 +110,6 @@ function supervision.failures(lines, source_of)
 end
 
 --- Explains these counts; nil if none failed.
----@return string|nil
 function supervision.failure_text(failed, asked)
   if failed == 0 then return nil end
   if failed < asked then
@@ -142,9 +138,6 @@ local function idle_text(supervisor, history)
 end
 
 --- A warning at the end of a run that the supervisor failed, or proposed nothing; nil if neither.
----@param supervisor limax.supervisor
----@param history limax.generation[]
----@return string|nil
 function supervision.end_text(supervisor, history)
   for _, entry in ipairs(history) do
     -- ledgers of old entries are on disk: they are read only where a supervisor failed

@@ -209,7 +209,7 @@ suite:test("a wrong trial is named with its field", function(t)
     { { materials = swapped } })
   refused("trials: expected a list .* got nil %(the function's list for generation 0%)",
     function() end)
-  t:raises("trials%[2%]: simulation: record.contact needs the effect .*; a trial's own record",
+  t:raises("trials%[2%]: simulation: record.contact needs the effect",
     function() finished { record = { contact = 20 }, trials = { {}, { scene = {} } } } end)
   t:raises("trials%[1%]%.scen: unknown field.*list for generation 1%)", function()
     finished { trials = function(generation) return { generation > 0 and { scen = 1 } or {} } end }

@@ -184,10 +184,4 @@ suite:test("a wrong encoding or variation is refused with place and remedy", fun
   fails("express may not write genes", one(function(robots, i)
     robots:genes(i)[1] = robots:genes(i)[1] + 1
   end))
-  local note
-  limax.start(small { genome = { require_muscle = false, encoding = { genes = 3,
-    express = function(robots) robots:voxels(1)[1] = 1 end } } },
-    { say = function(text) note = note or text:match "^genome.encoding: robot 2 and all" end })
-    :generations()()
-  t:ok(note)
 end)

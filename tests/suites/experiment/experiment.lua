@@ -142,7 +142,7 @@ end)
 -- change -> what its message holds
 local wrong_overrides = {
   { "materials.bon.stiffness=1", 'there is no material "bon"; did you mean "bone"?' },
-  { "materials.bone.stifness=1", 'materials.bone.stifness: unknown field; did you mean "stiff' },
+  { "materials.bone.stifness=1", 'materials: material 5 "bone": unknown field "stifness"; the' },
   { "materials.bone.stiffness=-1", "stiffness is -1" },
   { "simulation.position.4=1", "expected a list { x, y, z } in m, got 4 entries" },
   { "latice.3=2", 'did you mean "lattice"?' },
@@ -180,18 +180,11 @@ suite:test("valid but probably unintended settings give a note", function(t)
     "none")
   t:ok(note_of { simulation = { position = { 0, 0, -0.1 } } }:find "0.1 m below scene.ground")
   t:ok(note_of { breeding = { mutation_rate = 0, crossover_rate = 0 } }:find "copies of their")
-  t:ok(note_of { population = 8, selection = { "tournament", size = 9 } }
-    :find "a tournament of 9 in a population of 8")
   -- 0.1 kg on 1000 N/m: 0.98 mm
   t:ok(note_of { simulation = { edge = 0.0039 } }:find "soft tissue %(0.1 kg%).* bodies collapse")
   t:equal(note_of { simulation = { edge = 0.004 } }, "none")
-  -- 1.25 s from 7.7 m, 1.2 s in all
   t:ok(note_of { scene = { actuation = { frequency = 0.002 } } }
     :find "0.002 Hz, a period of 500 s, .* no muscle completes a cycle")
-  local fall = { position = { 0, 0, 7.7 }, settle = 0.2, duration = 1 }
-  t:ok(note_of { simulation = fall }:find "falls for 1.253 s, and a run takes 1.2 s: it never")
-  fall.velocity = { 0, 0, -1 }
-  t:equal(note_of { simulation = fall }, "none")
 end)
 
 suite:test("the paper's experiment states the paper's tables", function(t)

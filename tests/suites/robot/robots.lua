@@ -35,19 +35,6 @@ letters:test("a larger lattice is padded with empty voxels", function(t)
     function() limax.robot { voxels = "ec", lattice = { 1, 1, 1 } } end)
 end)
 
-letters:test("groups of voxels that do not touch give one note", function(t)
-  local folder = t:folder()
-  process.write(folder .. "/two.lua", [[
-local limax = require "limax"
-limax.robot { voxels = "e.\n.e\n\ne.\n.." } -- corners and edges join voxels
-limax.robot { voxels = "e..\n...\n\n...\n...\n\n..e\n.ee" }
-limax.robot { voxels = "e.e" }
-]])
-  local done = process.completes(t, folder, { "two.lua" })
-  local place, count = done.stderr:match "^two.lua:(%d): limax.robot: its voxels are (%d) groups"
-  t:equal({ place, count, select(2, done.stderr:gsub("\n", "")) }, { "3", "2", 1 })
-end)
-
 letters:test("weights are numbers, functions or tables", function(t)
   local table_of = { { { 0.25 } }, { { 0.5 } } }
   local function phase(x, y, z) return (x + 10 * y + 100 * z) / 1000 end

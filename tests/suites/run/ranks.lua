@@ -121,35 +121,8 @@ test("a run that loses a rank ends, and resumes to the same bytes",
     same(t, folder .. "/lossy", folder .. "/whole")
   end)
 
-test("a slow rank gets fewer robots", function(t, folder)
-  -- each robot adds a byte to a file of its rank, and takes ten times as long on the last rank
-  process.write(folder .. "/slow.lua", [[
-local limax, host = require "limax", require "limax.host"
-local index = require("limax.base.exchange").index
-return limax.experiment {
-  name = "slow", lattice = { 2, 2, 2 }, population = 60, generations = 8, repetitions = 1,
-  simulation = { duration = 0.1, settle = 0.02 }, supervisor = "fixed",
-  fitness = function(robot)
-    host.wait(index == 2 and 0.1 or 0.01)
-    local file = io.open("scored" .. index, "a")
-    file:write "."
-    file:close()
-    return robot:distance()
-  end,
-}
-]])
-  completes(3, t, folder, "run", "slow.lua", "-q", "--out", "slow")
-  local fast, slow = #process.read(folder .. "/scored0"), #process.read(folder .. "/scored2")
-  t:ok(slow < fast / 2, ("%d robots on rank 0, %d on the slow one"):format(fast, slow))
-end)
-
 -- More fields of the experiment, and a text that its run on three ranks prints.
 local FAULTS = {
-  { "a fitness with a variable of the script",
-    [[fitness = (function()
-      local n = 0
-      return function(robot) n = n + 1 return robot:distance() + n end
-    end)()]], "generation 0: robot 5 has the fitness .* on rank 0 and .* on rank 1" },
   { "a survival that reads a clock",
     [[fitness = "walk", survival = function(robots)
       return { robots.ranked[1 + math.floor(os.clock() * 1e6) % 8] }

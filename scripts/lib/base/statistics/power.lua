@@ -61,9 +61,6 @@ end
 
 --- The smallest n with a power of at least 0.8, by bisection; nil if it is above 100.
 ---@param test "signed_rank"|"rank_sum"
----@param d number
----@param level number
----@return integer|nil
 function power.runs_needed(test, d, level)
   local low, high = 1, 2
   while power[test](high, d, level) < 0.8 do

@@ -65,7 +65,6 @@ function rank_sum.smallest_p(n, m) return math.min(1, 2 / splits(n, m)) end
 
 --- The critical value: the test rejects at `level` if min(U, n m - U) is at most this. For samples
 --- without ties; nil if the test cannot reject.
----@return integer|nil
 function rank_sum.critical(n, m, level)
   local doubled = {}
   for i = 1, n + m do doubled[i] = 2 * i end

@@ -1,6 +1,8 @@
 --- ranking.lua: how well cheap scores rank robots compared with reference scores. Larger is better;
 --- nil is a failed robot, which ranks below every other and is never an elite.
 
+local sorting = require "limax.base.sorting"
+
 local ranking = {}
 
 local function compare(a, b)
@@ -13,7 +15,6 @@ end
 --- over the geometric mean of each list's number of untied pairs. 1 is the same order, -1 the
 --- reverse; nil if all pairs of a list are tied.
 ---@param count integer robots
----@return number|nil
 function ranking.kendall_tau(a, b, count)
   local sum, untied_a, untied_b = 0, 0, 0
   for i = 1, count do
@@ -32,17 +33,12 @@ end
 ---@param share number 0 to 1
 ---@return integer[] indices
 function ranking.elites(scores, count, share)
-  local ranked = {}
+  local scored, values, elites = {}, {}, {}
   for i = 1, count do
-    if scores[i] then ranked[#ranked + 1] = i end
+    if scores[i] then scored[#scored + 1], values[#values + 1] = i, scores[i] end
   end
-  table.sort(ranked, function(i, j)
-    if scores[i] ~= scores[j] then return scores[i] > scores[j] end
-    return i < j
-  end)
-  local wanted = math.max(1, math.floor(share * count + 0.5))
-  local elites = {}
-  for k = 1, math.min(wanted, #ranked) do elites[k] = ranked[k] end
+  local order, wanted = sorting.descending(values), math.max(1, math.floor(share * count + 0.5))
+  for k = 1, math.min(wanted, #order) do elites[k] = scored[order[k]] end
   return elites
 end
 
@@ -69,7 +65,6 @@ end
 --- scores. If too many robots failed under the cheap scores, the missing elites count as the
 --- reference's worst robot. nil if the reference's elites have a mean of 0 or no robot was scored.
 ---@param share number of the robots that are elites
----@return number|nil
 function ranking.elite_regret(reference, cheap, count, share)
   local best, taken = ranking.elites(reference, count, share), ranking.elites(cheap, count, share)
   if #best == 0 then return nil end

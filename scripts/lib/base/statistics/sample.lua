@@ -9,7 +9,6 @@ local function ascending(list)
 end
 
 --- The median; nil of an empty list.
----@return number|nil
 function sample.median(list)
   local sorted, n = ascending(list), #list
   if n == 0 then return nil end
@@ -27,7 +26,6 @@ function sample.quantile(sorted, q)
 end
 
 --- The mean; nil of an empty list.
----@return number|nil
 function sample.mean(list)
   local sum = 0
   for _, value in ipairs(list) do sum = sum + value end
@@ -36,7 +34,6 @@ end
 
 --- The interquartile mean: the mean without the lowest and the highest floor(n/4) values.
 --- Source: Agarwal et al., "Deep RL at the edge of the statistical precipice" (2021).
----@return number|nil
 function sample.interquartile_mean(list)
   local sorted, cut = ascending(list), math.floor(#list / 4)
   return sample.mean { unpack(sorted, cut + 1, #sorted - cut) }

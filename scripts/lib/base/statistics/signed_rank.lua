@@ -31,7 +31,6 @@ local function two_sided(probabilities, total, sum)
 end
 
 --- The exact two-sided test. The null hypothesis is a median of 0; p is 1 if all differences are 0.
----@param differences number[]
 ---@return { p: number, positive: number, negative: number, n: integer, zeros: integer } two-sided
 --- p, the sums of the ranks of positive and negative differences, their number, and the number of
 --- differences that are 0, which are left out as in Wilcoxon's paper
@@ -55,7 +54,6 @@ function signed_rank.smallest_p(n) return math.min(1, 2 * 0.5 ^ n) end
 
 --- The critical value: the test rejects at `level` if the smaller rank sum is at most this. For n
 --- differences without ties; nil if the test cannot reject.
----@return integer|nil
 function signed_rank.critical(n, level)
   local doubled = {}
   for i = 1, n do doubled[i] = 2 * i end

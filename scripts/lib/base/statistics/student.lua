@@ -24,7 +24,6 @@ end
 
 --- The t for which |T| < t has this probability.
 ---@param probability number above 0, below 1
----@param freedom integer
 function student.quantile(probability, freedom)
   local low, high = 0, 1
   while student.within(high, freedom) < probability do high = 2 * high end

@@ -20,10 +20,6 @@ local function completed(cells, samples)
 end
 
 --- Explains why so many centres would take too long; nil if they do not.
----@param cells integer
----@param dimensions integer
----@param samples integer|nil
----@return string|nil
 function centres.refusal(cells, dimensions, samples)
   samples = completed(cells, samples)
   if dimensions <= FEW or cells * samples <= MOST_VISITS then return nil end
@@ -66,8 +62,6 @@ local function pass(list, samples, dimensions)
 end
 
 --- The centres of cells in the unit cube.
----@param cells integer
----@param dimensions integer
 ---@param samples integer|nil random points that stand for the cube; if left out 20 for each cell,
 --- but no more than 1e5, or three for each
 ---@return number[][] [cell][dimension]

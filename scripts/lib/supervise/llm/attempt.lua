@@ -90,7 +90,6 @@ end
 --- request may be accepted without response_format. Raises what Ctrl-C and `record` raise, and an
 --- error where JSON cannot hold the request.
 ---@param format "json_schema"|"json_object"|"plain" of the answer
----@param timeout number s
 ---@return { class?: string, message?: string, kind?: string, status?: integer, headers: table,
 --- reply?: limax.llm.reply, form_refused?: boolean }
 function attempt.send(client, messages, format, question, timeout)

@@ -44,8 +44,6 @@ function client.new(options, machine)
   }, Client)
 end
 
--- ---- attempts -----------------------------------------------------------------------------------
-
 local RETRIES = 2 -- after the first attempt
 local FIRST_WAIT = 0.5 -- s before the first retry; it doubles
 local LEAST_ATTEMPT = 1 -- s; with less time left an attempt could only fail
@@ -120,8 +118,6 @@ local function try(self, messages, question, deadline)
   end
 end
 
--- ---- questions ----------------------------------------------------------------------------------
-
 -- After so many failed generations in a row an endpoint is not asked again.
 local PATIENCE = 3
 
@@ -159,7 +155,6 @@ end
 --- Asks, and retries where that can help, until the budget is used up. A question may have the JSON
 --- schema of its answer and its name, the seconds that its generation has left, and the number of
 --- that generation, for the breaker; without a number it is a generation of its own.
----@param messages limax.llm.message[]
 ---@param question? { schema?: table, name?: string, budget?: number, generation?: integer }
 ---@return limax.llm.answer|nil
 ---@return limax.llm.failure|nil
@@ -179,7 +174,6 @@ function Client:ask(messages, question)
   return answer, failure
 end
 
----@return { endpoint: string, model: string, provider: string, key: string|nil }
 function Client:describe()
   local found = self.endpoint
   return { endpoint = found.shown, model = found.model, provider = found.provider,
@@ -188,7 +182,6 @@ end
 
 --- Requests and tokens so far, with which a resumed run continues. The breaker is left out: a
 --- resumed run asks an endpoint again that failed before.
----@return { totals: table }
 function Client:state() return { totals = source.copy(self.spent) } end
 
 --- Continues from the state of another client, which a transcript has.

@@ -62,8 +62,6 @@ end
 
 --- The object that a model is asked to fill in, with null where nothing changes, and its JSON
 --- schema.
----@return table form
----@return table schema
 function context.answer(facts)
   local number = { type = { "number", "null" } }
   local form, properties = { reason = "" }, { reason = { type = "string" } }
@@ -208,7 +206,6 @@ local function evaluations(facts)
 end
 
 --- The values of all holes but `answer`, at one level of detail.
----@return table<string, string|table>
 function context.holes(facts, detail)
   local config = facts.config
   local fitness = config.fitness

@@ -94,7 +94,6 @@ end
 
 --- The endpoint that options and environment name; nil and a message.
 ---@param options { url?: string, model?: string, allow_insecure?: boolean, key_header?: string }
----@param getenv? fun(name: string): string|nil
 function endpoint.find(options, getenv)
   getenv = getenv or os.getenv
   local address, from = options.url or set(getenv, "LIMAX_LLM_URL"), "LIMAX_LLM_URL"

@@ -77,7 +77,6 @@ function Exchange:first(history, tokens)
 end
 
 --- The request that follows an answer which could not be used; nil and a message.
----@param content string the answer
 function Exchange:again(request, content, problems)
   local template = self.again_prompt.template
   local more, message = template:fill { problems = problems, answer = self.form }

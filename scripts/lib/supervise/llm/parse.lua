@@ -23,7 +23,6 @@ local LONGEST_NAME, LONGEST_REASON = 60, 200
 
 --- The parser that an experiment names: nil for locate.lua, a file, or Lua text of several lines.
 --- nil and a message if it cannot be used.
----@param parser string|nil
 ---@param folder? string of the experiment, where files are looked for
 function parse.from(parser, folder)
   local code, name, message = parser, "=parse", nil
@@ -62,7 +61,6 @@ end
 
 --- Turns the result of a parser into a proposal and the model's reason; nil and a message for the
 --- model's second try and the transcript.
----@param message string|nil
 ---@return { proposal: table, reason: string|nil }|nil
 function parse.accept(value, message)
   if value == nil then

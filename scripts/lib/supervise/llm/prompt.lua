@@ -20,8 +20,6 @@ local prompt = {}
 local Template = {}
 Template.__index = Template
 
--- ---- tables as data -----------------------------------------------------------------------------
-
 -- All but letters, digits and signs that neither markup nor templates nor chat formats use.
 local SPECIAL = "[^%w %.,:;!%?%+%-%*/=%(%)'_%%\\\1\2]"
 
@@ -48,8 +46,6 @@ function prompt.json(value)
   json = json:gsub('"([^"]*)"', escape_string):gsub("\2", '\\"'):gsub("\1", "\\\\")
   return json
 end
-
--- ---- templates ----------------------------------------------------------------------------------
 
 local function is_utf8(text) return (pcall(host.json.encode, text)) end
 
@@ -90,7 +86,6 @@ end
 
 --- The messages with every hole filled; nil and a message with file, line and hole where one has no
 --- value. Values without a hole are left out.
----@param values table<string, string|table>
 function Template:fill(values)
   local texts, system = {}, nil
   for _, part in ipairs(self.parts) do
@@ -114,8 +109,6 @@ function Template:fill(values)
   return system and { { role = "system", content = system }, user } or { user }
 end
 
--- ---- files --------------------------------------------------------------------------------------
-
 local FOLDER = "prompts" -- of versions, in a run folder
 
 ---@class limax.llm.prompt_file
@@ -133,7 +126,6 @@ local function read_file(path, sha256)
 end
 
 --- The path of a prompt that an experiment names: beside the experiment, else one of limax's own.
----@param folder string|nil of the experiment
 function prompt.path(name, folder)
   local path = name:sub(1, 1) == "/" and name or ("%s/%s"):format(folder or ".", name)
   return host.file.exists(path) == "file" and path or ("%s/prompts/%s"):format(host.home, name)
@@ -141,7 +133,6 @@ end
 
 --- Opens a prompt; nil and a message.
 ---@param name string|nil as an experiment names it; nil: limax's own, `default`
----@param folder string|nil of the experiment
 function prompt.open(name, default, folder)
   local path = name and prompt.path(name, folder) or ("%s/prompts/%s"):format(host.home, default)
   if host.file.exists(path) ~= "file" then
@@ -167,7 +158,6 @@ function File:refresh()
 end
 
 --- Keeps the version in use in a run folder.
----@param folder limax.run_folder|nil
 ---@return string|nil message why it could not be kept
 function File:keep(folder)
   local sha256 = self.template.sha256

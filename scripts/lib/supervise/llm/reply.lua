@@ -17,7 +17,6 @@ local function list(value)
 end
 
 --- The JSON object of a body.
----@param content_type string|nil
 function reply.decode(body, content_type)
   if body == "" then return nil, "the answer is empty" end
   local value, message = host.json.decode((body:gsub("^\239\187\191", "")), "the answer")
@@ -61,7 +60,6 @@ local CLASSES = { [401] = "auth", [402] = "quota", [403] = "auth", insufficient_
   exceed_context_size_error = "context" }
 
 --- The class of a refusal; an error under a good status is "envelope".
----@return "quota"|"auth"|"filter"|"context"|"envelope"|"http"
 function reply.class_of(status, refusal)
   if status < 300 then return "envelope" end
   local message = (refusal.message or ""):lower()
@@ -99,9 +97,6 @@ local NO_TEXT = { length = ": all tokens were used before it began (finish_reaso
   tool_calls = ": the model calls a tool that it was not offered" }
 
 --- The class and message of an answer that cannot be used; nil for one with a text.
----@param read limax.llm.reply|nil
----@return "envelope"|"refusal"|"filter"|nil class
----@return string|nil message
 function reply.fault(read)
   if not read then return "envelope", "the answer has no choices" end
   if read.refusal then return "refusal", "the model refuses: " .. read.refusal end

@@ -52,7 +52,6 @@ function transcript.read(path)
 end
 
 --- Opens the transcript of a run folder at its end, without an incomplete last line.
----@param folder limax.run_folder|nil
 function transcript.open(folder)
   local path = folder and folder.path .. "/" .. transcript.FILE
   local text = path and source.read(path)
@@ -68,7 +67,6 @@ function Transcript:outcome(repetition, generation)
 end
 
 --- Adds a line. Raises if it cannot be written, as other lines of a run do: a resume asks again.
----@param kind "attempt"|"outcome"
 function Transcript:write(kind, repetition, generation, line)
   if not self.path then return end
   line.schema, line.kind, line.repetition, line.generation = SCHEMA, kind, repetition, generation
