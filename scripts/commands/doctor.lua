@@ -11,6 +11,7 @@ local passes = require "limax.tools.console.passes"
 local script = require "limax.base.script"
 local settings = require "limax.settings.settings"
 local terminal = require "limax.base.terminal"
+local tiers = require "limax.settings.tiers"
 
 -- programs that limax or its developers use if they are installed
 local TOOLS = {
@@ -137,6 +138,16 @@ local function gather_cuda()
   return facts
 end
 
+-- The accuracy tiers with their measurements, on the device that `auto` chooses.
+local function gather_tiers(cpu)
+  local fine, gpu = failure.attempt(engine.device, "cuda")
+  local measured, list = tiers.measured(fine and gpu or cpu), {}
+  for i, name in ipairs(tiers.NAMES) do
+    list[i] = { name = name, what = tiers.describe(name), measured = measured and measured[name] }
+  end
+  return list
+end
+
 -- The language model that the environment names. Only with `ask` is anything sent: one short
 -- question, for which a local server may have to load its model first.
 local function gather_model(ask)
@@ -180,6 +191,7 @@ local function gather(ask)
     tools = tools(), self_check = self_check(device),
   }
   for name, fact in pairs(gather_cuda()) do facts[name] = fact end
+  facts.tiers = gather_tiers(device)
   facts.llm = gather_model(ask)
   return facts
 end
@@ -276,6 +288,9 @@ local function show(facts)
   line(facts.jit and "ok" or "warn", "Lua", "%s, compiler %s%s", facts.luajit,
     facts.jit and "on" or "off: scripts are about ten times slower",
     facts.jit and (" (%s)"):format(facts.jit_flags) or "")
+  for _, tier in ipairs(facts.tiers) do
+    line(tier.measured and "ok" or "", tier.name, "%s: %s", tier.what, tiers.price(tier.measured))
+  end
   model_line(facts.llm, line)
   for _, tool in ipairs(facts.tools) do
     line(tool.path and "ok" or "", tool.name, "%s", tool.path or "not found; for " .. tool.purpose)

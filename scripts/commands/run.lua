@@ -176,7 +176,9 @@ local function announce(session, config, device)
     trials > 1 and (" in %d trials"):format(trials) or "", where, session.folder.path))
   local tier = tiers.of(config.simulation)
   if tier then
-    output.warn(("accuracy %s: %s\n"):format(tier, tiers.describe(tier)))
+    local measured = tiers.measured(device)
+    output.warn(("accuracy %s: %s; %s\n"):format(tier, tiers.describe(tier),
+      tiers.price(measured and measured[tier])))
   end
 end
 

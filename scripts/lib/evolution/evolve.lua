@@ -50,7 +50,7 @@ function evolve.first(run)
   genes.initialize(world:rules { materials = robots.materials, parameters = robots.parameters,
     state = robots.before.state }, robots.engine, nil, 0)
   robots.timing.supervise, robots.timing.breed = 0, host.clock() - began
-  return express(run, robots)
+  return generations.check_bodies(express(run, robots))
 end
 
 -- The supervisor's decision. Parameters that an own loop chose replace those of the supervisor.

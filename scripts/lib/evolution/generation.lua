@@ -5,6 +5,7 @@
 
 local archived = require "limax.evolution.archived"
 local division = require "limax.evolution.division"
+local drive = require "limax.settings.drive"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
 local fault = require "limax.engine.fault"
@@ -107,6 +108,20 @@ function generation.part(robots)
   return copy
 end
 
+--- Warns if a function of the script made only the first body.
+---@param robots limax.population.scored
+---@return limax.population.scored robots
+function generation.check_bodies(robots)
+  for i = 1, #robots do
+    if (robots.rows.data[i - 1].body.voxels > 0) ~= (i == 1) then return robots end
+  end
+  if robots[2] then
+    robots.world.say("genome.encoding: robot 2 and all that follow are empty: does express visit"
+      .. " every robot, for _, i in ipairs(robots) do?")
+  end
+  return robots
+end
+
 -- ---- simulating ---------------------------------------------------------------------------------
 
 -- Makes a simulation of some robots for each trial.
@@ -117,6 +132,21 @@ local function simulations_of(robots, mask, materials, options)
       trial.engine_scene, options and options[k] or trial.options, robots.world.device, mask)
   end
   return list
+end
+
+-- Warns once if a trial's drive is too fast for the time steps of the robots.
+local function check_drive(robots, mask)
+  for k, trial in ipairs(robots.trials) do
+    local longest = 0
+    for i, row in ipairs(robots.rows) do
+      -- that of an invalid body is not a number
+      local step = mask[i] and rows.outcomes(row)[k].time_step or 0
+      if step > longest then longest = step end
+    end
+    local problem = longest > 0 and drive.problem(trial.scene, longest)
+    local prefix = robots.world.config.trials and ("trials[%d]: "):format(k) or ""
+    if problem then robots.world.say(prefix .. problem, prefix .. "scene.actuation") end
+  end
 end
 
 -- Finds the robots to simulate here: those without a status (elites keep theirs), without those of
@@ -172,6 +202,7 @@ local function settle(robots)
   end
   for _, simulation in ipairs(going.steps.all) do table.insert(robots.simulations, simulation) end
   robots.evaluations = robots.evaluations + going.count
+  check_drive(robots, going.mask)
 end
 
 --- Simulates a generation for a slice of wall time.

@@ -1,6 +1,7 @@
 --- run.lua: one repetition of an experiment: its world, its folder, its history, and the warnings
 --- that a user should read before hours of computing.
 
+local budget = require "limax.experiment.budget"
 local exchange = require "limax.base.exchange"
 local own_variables = require "limax.experiment.own_variables"
 local record = require "limax.evolution.record"
@@ -63,18 +64,19 @@ function run.check(options)
   return checked, message
 end
 
--- The folder that the options name.
+-- The folder that the options name, and what resume found in it.
 local function open_folder(experiment, options, repetition, device)
+  local folder, comparison
   if options.folder or not options.out then return options.folder end
-  local folder
   if options.resume and run_folder.is_run(options.out) then
-    folder = resume.open(options.out, experiment, repetition, options.changed, options.from)
+    folder, comparison = resume.open(options.out, experiment, repetition, options.changed,
+      options.from)
   else
-    folder = run_folder.create(options.out, experiment,
-      { repetition = repetition, own_loop = true })
+    folder = run_folder.create(options.out, experiment, { repetition = repetition,
+      own_loop = true })
   end
   folder:start(device)
-  return folder
+  return folder, comparison
 end
 
 -- Shows the notes of an experiment, once however many repetitions it has.
@@ -91,11 +93,24 @@ local function warn(world)
   end
 end
 
+-- Reports that the folder of an own loop has all generations already.
+local function say_complete(world, folder)
+  local config, generations = world.config, folder:last(world.repetition) + 1
+  if generations == 0 or budget.allows_another(config, generations,
+    folder:evaluations(world.repetition)) then
+    return
+  end
+  local limit = budget.limit(config, generations)
+  world.say(("%s is complete: the loop visits only its last generation again; to extend the"
+    .. " run, set %s = %d in the experiment and changed = true in limax.start"):format(
+    folder.path, limit, 2 * config[limit]))
+end
+
 --- Makes a run.
 ---@return limax.run
 function run.new(experiment, options)
   local world = worlds.new(experiment, options)
-  local folder = open_folder(experiment, options, world.repetition, world.device)
+  local folder, comparison = open_folder(experiment, options, world.repetition, world.device)
   local self = setmetatable({ experiment = experiment, config = world.config,
     repetition = world.repetition, world = world, history = {}, packed = {}, evaluations = 0,
     folder = folder, owns_folder = options.out ~= nil, on_generation = options.on_generation,
@@ -103,6 +118,7 @@ function run.new(experiment, options)
     variables = experiment.warned and {} or own_variables.list(experiment.spec) }, Run)
   self.entries = record.entries(self)
   warn(world)
+  if comparison then say_complete(world, folder) end
   return self
 end
 

@@ -317,7 +317,8 @@ end
 
 local function check_together(self)
   local config, parts = self.config, self.parts
-  self.notes[#self.notes + 1] = plausible.no_variation(config)
+  add_notes(self, plausible.breeding_notes(config))
+  add_notes(self, { island_rules.note(config) })
   if config.islands and parts.survival.name == "map_elites" then
     parts.archive.islands = config.islands.count
   end

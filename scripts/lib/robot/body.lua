@@ -94,6 +94,35 @@ function body.lattice(layers, lattice)
   end)
 end
 
+--- The number of groups of voxels that share no corner, so that nothing joins them.
+---@param voxels integer[][][] [x][y][z], 0 where it is empty
+---@return integer
+function body.groups(voxels)
+  local seen, waiting, count = body.grid({ #voxels, #voxels[1], #voxels[1][1] },
+    function(x, y, z) return voxels[x][y][z] == 0 end), {}, 0
+  local function visit(x, y, z)
+    local row = seen[x] and seen[x][y]
+    if not row or row[z] ~= false then return false end
+    row[z] = true
+    waiting[#waiting + 1] = { x, y, z }
+    return true
+  end
+  local function visit_neighbours(x, y, z)
+    for near = 0, 26 do
+      visit(x - 1 + near % 3, y - 1 + math.floor(near / 3) % 3, z - 1 + math.floor(near / 9))
+    end
+  end
+  for x = 1, #seen do
+    for y = 1, #seen[1] do
+      for z = 1, #seen[1][1] do
+        if visit(x, y, z) then count = count + 1 end
+        while waiting[1] do visit_neighbours(unpack(table.remove(waiting))) end
+      end
+    end
+  end
+  return count
+end
+
 -- ---- bodies of an engine's population -----------------------------------------------------------
 
 --- The facts of materials that the records of a population need: `letters` and `names` in their

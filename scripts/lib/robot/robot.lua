@@ -4,7 +4,9 @@
 local body = require "limax.robot.body"
 local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
+local fault = require "limax.engine.fault"
 local modes = require "limax.robot.modes"
+local output = require "limax.base.output"
 local prepared = require "limax.robot.prepared"
 local robot_file = require "limax.robot.robot_file"
 local robot_in_motion = require "limax.robot.robot_in_motion"
@@ -113,13 +115,25 @@ local rules = schema.fields {
 ---@class limax.robot.by_hand
 --- `voxels` holds the materials' letters: layers separated by an empty line, the lowest first; the
 --- first line of a layer is y = 1, and letters run along x. Groups of voxels that share no corner
---- are still one robot. Each weight is a number from 0 to 1, [x][y][z] or a function (x, y, z); 1
+--- are still one robot, with a note. Each weight is a number from 0 to 1, [x][y][z] or a function (x, y, z); 1
 --- if absent.
 ---@field voxels string
 ---@field weights? number|{ stiffness?: any, amplitude?: any, phase?: any }
 ---@field materials? string|table|limax.materials "paper" if absent
 ---@field lattice? integer[] larger than the letters: the rest is empty
 ---@field edge? number m
+
+local noted_groups = false
+
+-- Prints a note about the first robot by hand whose voxels do not all touch.
+local function note_groups(made)
+  local groups = noted_groups and 1 or body.groups(made.population:voxels(1):table())
+  if groups == 1 then return made end
+  noted_groups = true
+  output.warn(("%s: limax.robot: its voxels are %d groups that do not touch: nothing joins"
+    .. " them, and they are simulated and measured as one robot\n"):format(fault.where(), groups))
+  return made
+end
 
 local function by_hand(fields)
   local checked, message = rules(fields, "limax.robot")
@@ -142,8 +156,8 @@ local function by_hand(fields)
   for _, name in ipairs(robot_file.weights) do
     weights[name] = weight_layers(checked.weights[name], lattice, name)
   end
-  return object({ schema = robot_file.schema, lattice = lattice, edge = checked.edge,
-    voxels = layers, weights = weights, materials = materials:table() }, materials)
+  return note_groups(object({ schema = robot_file.schema, lattice = lattice, edge = checked.edge,
+    voxels = layers, weights = weights, materials = materials:table() }, materials))
 end
 
 ---@class limax.robot.of_genome

@@ -1,12 +1,24 @@
 --- robot_trials.lua: the trials of one robot: the worlds in which it is simulated. Its row has
 --- their outcomes; its file has scene and settings of each.
 
+local drive = require "limax.settings.drive"
 local engine = require "limax.engine"
 local robot_file = require "limax.robot.robot_file"
 local rows = require "limax.robot.rows"
 local source = require "limax.base.source"
 
 local robot_trials = {}
+
+--- Has a period of the muscles too few steps in any of its trials?
+---@param whole limax.robot.context
+function robot_trials.is_undersampled(row, whole)
+  local outcomes = rows.outcomes(row)
+  for k, each in ipairs(whole.trials or { whole }) do
+    local step = outcomes[k] and outcomes[k].status ~= 0 and outcomes[k].time_step
+    if step and step == step and drive.problem(each.scene, step) then return true end
+  end
+  return false
+end
 
 --- A robot in each of its trials.
 ---@param make fun(row: limax.row, context: limax.robot.context): limax.scored_robot

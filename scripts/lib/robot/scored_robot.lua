@@ -36,6 +36,7 @@ local function fail(pattern, ...) engine.fail(pattern:format(...)) end
 ---@field novelty number|nil mean distance to its nearest neighbours, with a novelty archive
 ---@field age integer|nil generations since its oldest ancestor, with the survival "age_fitness"
 ---@field coarse boolean a mass was seen to move farther than a tenth of an edge in one step
+---@field undersampled boolean a period of the muscles has fewer than 20 steps
 ---@field trials limax.scored_robot[] it in each trial of the experiment, with all measures; without
 --- trials only the robot itself. The robot's own measures are those of the first trial.
 ---@field genome any view of the genes, nil for a robot made by hand
@@ -132,6 +133,10 @@ end
 local computed = {}
 
 function computed.coarse(self) return rows.is_coarse(self.row) end
+
+function computed.undersampled(self)
+  return robot_trials.is_undersampled(self.row, self.context)
+end
 
 function computed.record(self) return rows.record(self.row) end
 

@@ -19,6 +19,16 @@ function island_rules.check(value, path)
   return complete(value, path)
 end
 
+--- A note about islands that never exchange a robot; nil if they do.
+---@param config table
+---@return string|nil note
+function island_rules.note(config)
+  local options = config.islands
+  if not options or options.every < config.generations or options.migrants == 0 then return nil end
+  return ("islands.every: no robot is exchanged: %d generations between exchanges, and the run has"
+    .. " %d"):format(options.every, config.generations)
+end
+
 --- Describes the first problem of a configuration's islands; nil if there is none.
 ---@param parts { survival: limax.survival, archive: limax.archive.definition|nil }
 ---@return string|nil message

@@ -8,8 +8,7 @@ local plausible = {}
 local MOST_SAG = 0.25
 
 -- Gravity that lifts bodies off the ground.
-local function upwards(config)
-  local scene = config.scene
+local function upwards(scene)
   local up = scene.gravity and scene.ground and scene.gravity.acceleration[3] or 0
   if up <= 0 then return nil end
   return ("scene.gravity: its acceleration points up, away from scene.ground (z is %.6g m/s^2):"
@@ -33,12 +32,24 @@ local function collapse(config)
     softest.stiffness, most)
 end
 
+-- A fall that takes longer than the run.
+local function falling(config)
+  local scene, simulation = config.scene, config.simulation
+  local down = scene.gravity and -scene.gravity.acceleration[3] or 0
+  if down <= 0 or not scene.ground then return nil end
+  local height, speed = simulation.position[3] - scene.ground.height, simulation.velocity[3]
+  local time = (speed + math.sqrt(speed * speed + 2 * down * math.max(0, height))) / down
+  local run_time = simulation.settle + simulation.duration
+  if height <= 0 or time <= run_time then return nil end
+  return ("simulation.position: from %.4g m above scene.ground a body falls for %.4g s, and a run"
+    .. " takes %.4g s: it never lands"):format(height, time, run_time)
+end
+
 -- A start below the ground, which throws the body out.
 local function buried(config)
   local ground, height = config.scene.ground, config.simulation.position[3]
   if not ground or height >= ground.height then return nil end
-  return ("simulation.position: z = %.4g m is %.4g m below scene.ground: contact throws the body"
-    .. " out"):format(height, ground.height - height)
+  return "simulation." .. plausible.buried(height, ground.height)
 end
 
 -- Muscles in a scene that does not drive them.
@@ -47,14 +58,34 @@ local function idle_muscles(config)
   return "scene names no actuation: no muscle moves; actuation = { frequency = 2 } drives them"
 end
 
---- A note about offspring that cannot differ from their parents; nil if they can.
----@param config table a resolved configuration
-function plausible.no_variation(config)
+-- A fall through the whole run.
+local function bottomless(config)
+  local scene = config.scene
+  local down = scene.gravity and -scene.gravity.acceleration[3] or 0
+  if down <= 0 or scene.drag then return nil end
+  for _, name in ipairs { "ground", "planes", "spheres", "boxes", "terrain", "anchors" } do
+    if scene[name] then return nil end
+  end
+  return "scene has gravity and nothing to stand on: bodies fall all the time; ground = true is"
+    .. " flat ground"
+end
+
+-- Offspring that cannot differ from their parents.
+local function no_variation(config)
   local breeding = config.breeding
   local mutates = config.genome.mutation or breeding.mutation_rate * breeding.mutation_scale > 0
   if mutates or breeding.crossover_rate > 0 then return nil end
   return "breeding: without mutation (mutation_rate, mutation_scale) and crossover_rate, offspring"
     .. " are copies of their parents"
+end
+
+-- A tournament that the best robot always wins.
+local function large_tournament(config)
+  local selection = config.selection
+  local size = type(selection) == "table" and selection.name == "tournament" and selection.size
+  if not size or size <= config.population then return nil end
+  return ("selection: a tournament of %d in a population of %d nearly always picks the best")
+    :format(size, config.population)
 end
 
 -- Muscles that do not complete one cycle in the run.
@@ -75,13 +106,36 @@ local function sticking(config)
     .. " friction at %.6g"):format(friction.static, friction.kinetic, friction.kinetic)
 end
 
-local CHECKS = { sticking, upwards, collapse, slow_muscles, buried, idle_muscles }
+--- A note about a body that starts below the ground.
+---@param height number m, of its lowest corner
+---@param ground number m
+---@return string
+function plausible.buried(height, ground)
+  return ("position: z = %.4g m is %.4g m below scene.ground: contact throws the body out")
+    :format(height, ground - height)
+end
 
 --- Notes with field, value and consequence.
 ---@param config table a resolved configuration
 function plausible.notes(config)
   local list = {}
-  for _, check in ipairs(CHECKS) do list[#list + 1] = check(config) end
+  list[#list + 1] = sticking(config)
+  list[#list + 1] = upwards(config.scene)
+  list[#list + 1] = collapse(config)
+  list[#list + 1] = falling(config)
+  list[#list + 1] = slow_muscles(config)
+  list[#list + 1] = buried(config)
+  list[#list + 1] = idle_muscles(config)
+  list[#list + 1] = bottomless(config)
+  return list
+end
+
+--- Notes on breeding and selection.
+---@param config table a resolved configuration
+function plausible.breeding_notes(config)
+  local list = {}
+  list[#list + 1] = no_variation(config)
+  list[#list + 1] = large_tournament(config)
   return list
 end
 

@@ -4,6 +4,7 @@
 
 local engine = require "limax.engine"
 local invariants = require "limax.tools.bench.hard_cases.invariants"
+local limax = require "limax"
 local statics = require "limax.tools.bench.hard_cases.statics"
 local case = require("limax.tools.bench.hard_cases").suite "muscles"
 
@@ -127,6 +128,30 @@ case { name = "actuation at 0.001, 20 and 1000 Hz", run = function(c)
         actuation = { frequency = frequency } } }
   end
 end }
+
+case { row = 34, name = "a drive too fast for the step is reported", brief = true,
+  run = function(c)
+    -- 20 steps of 0.5 ms are a period of 100 Hz
+    for frequency, undersampled in pairs { [100] = false, [101] = true, [1000] = true } do
+      local robot = limax.robot { voxels = "ec\nce" }:simulate { duration = 0.05, settle = 0,
+        time_step = 5e-4, integrator = c.integrator, precision = c.precision, device = c.device,
+        scene = { damping = true, actuation = { frequency = frequency } } }
+      c:same_bits(("undersampled at %g Hz"):format(frequency), robot.undersampled, undersampled)
+    end
+    -- an evolution warns once
+    for frequency, expected in pairs { [2] = 0, [1000] = 1 } do
+      local warnings = 0
+      limax.start(limax.experiment { lattice = { 2, 2, 2 }, population = 4, generations = 2,
+        repetitions = 1, seed = 1, supervisor = "fixed", fitness = "walk",
+        genome = { require_muscle = false }, simulation = { duration = 0.1, settle = 0,
+          integrator = c.integrator, precision = c.precision },
+        scene = { damping = true, actuation = { frequency = frequency } } }, { device = c.device,
+        say = function(text)
+          if text:find("a period is", 1, true) then warnings = warnings + 1 end
+        end }):finish()
+      c:same_bits(("warnings at %g Hz"):format(frequency), warnings, expected)
+    end
+  end }
 
 case { row = 39, name = "walking on and on", brief = true, run = function(c)
   -- A slab on a wave of muscles: its strides and its energy are the same at the end as at first.

@@ -1,4 +1,4 @@
---- accuracy_steps.lua: the tiers, rescored robots, and refused options.
+--- accuracy_steps.lua: the tiers and their measured cost, rescored robots, and refused options.
 
 local bench_ranking = require "limax.tools.bench.accuracy.ranking"
 local engine = require "limax.engine"
@@ -58,26 +58,54 @@ suite:test("a tier is recognised by all of its fields", function(t)
   local own = limax.experiment { fitness = "walk",
     simulation = { accuracy = "publish", precision = "double" } }.config
   t:equal(tiers.of(own.simulation), nil)
+  -- of several populations the worst regret, the smallest tau and the mean price
+  local summary = tiers.summary { ranking = { rows = {
+    { tier = "evolve", elite_regret = 0.01, tau = 0.9, relative_to_paper = 0.1,
+      seconds_per_second = 1 },
+    { tier = "evolve", elite_regret = 0.03, tau = 0.95, relative_to_paper = 0.3,
+      seconds_per_second = 3 },
+  } } }.evolve
+  t:near({ summary.elite_regret, summary.tau, summary.relative_to_paper }, { 0.03, 0.9, 0.2 })
 end)
 
-suite:test("--accuracy sets all fields of a tier", function(t)
-  local folder = t:folder()
-  write(folder .. "/small.lua", WALKERS)
-  -- the output of a run, and the simulation of its configuration
-  local function run(...)
-    local done = process.completes(t, folder, { "run", "small.lua", "--device", "cpu",
-      "--accuracy", "publish", "--out", ... })
-    return done.stderr, host.json.decode(source.read(folder .. "/" .. (...) .. "/config.json"))
-      .simulation
-  end
-  local stderr, simulation = run "a"
-  t:ok(stderr:find("accuracy publish: leapfrog, compensated, 0.9 of each body's bound, at most "
-    .. "5e-05 s\n", 1, true), stderr)
-  t:equal({ simulation.accuracy, simulation.time_step_most }, { "publish", 5e-5 })
-  -- --set overrides it, and then it is not a tier
-  stderr = run("b", "--set", "simulation.precision=double")
-  t:ok(not stderr:find("accuracy publish", 1, true), stderr)
-end)
+-- Stores a measurement for the CPU, like limax bench accuracy.
+local KEEP = [[
+local engine, tiers = require "limax.engine", require "limax.settings.tiers"
+local device = engine.device("cpu", { threads = 1 })
+print(tiers.keep(device, { publish = { elite_regret = 0.5, relative_to_paper = 0.25 } }))
+print(tiers.measured(engine.device("cpu", { threads = 3 })).publish.elite_regret,
+  tiers.measured(engine.device("cpu", { isa = "baseline" })))
+]]
+
+suite:test("--accuracy sets all fields of a tier, and prints its measured cost",
+  function(t)
+    local folder = t:folder()
+    local cached = { before = "XDG_CACHE_HOME=" .. process.quote(folder .. "/cache") }
+    write(folder .. "/small.lua", WALKERS)
+    write(folder .. "/keep.lua", KEEP)
+    -- the output of a run, and the simulation of its configuration
+    local function run(...)
+      local done = process.completes(t, folder, { "run", "small.lua", "--device", "cpu",
+        "--accuracy", "publish", "--out", ... }, cached)
+      return done.stderr, host.json.decode(source.read(folder .. "/" .. (...) .. "/config.json"))
+        .simulation
+    end
+    local stderr, simulation = run "a"
+    t:ok(stderr:find("accuracy publish: leapfrog, compensated, 0.9 of each body's bound, at most "
+      .. "5e-05 s; not measured here: limax bench accuracy\n", 1, true), stderr)
+    t:equal({ simulation.accuracy, simulation.time_step_most }, { "publish", 5e-5 })
+
+    local done = process.completes(t, folder, { "keep.lua" }, cached)
+    t:ok(done.stdout:find("/cache/limax/accuracy.json\n0.5\tnil\n", 1, true), done.stdout)
+    stderr = run "b"
+    t:ok(stderr:find("elite regret 50 %, 0.25 of the time of the paper's step\n", 1, true), stderr)
+    -- --set overrides it, and then it is not a tier
+    stderr = run("c", "--set", "simulation.precision=double")
+    t:ok(not stderr:find("accuracy publish", 1, true), stderr)
+    -- a damaged file is ignored
+    write(folder .. "/cache/limax/accuracy.json", "{")
+    t:ok(run("d"):find("not measured here", 1, true))
+  end)
 
 suite:test("options that do not fit are refused", function(t)
   local folder = t:folder()

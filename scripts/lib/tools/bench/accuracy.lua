@@ -42,7 +42,8 @@ local FULL = { cases = 4, robots = 48, generations = 15, reference = 5e-6, secon
   rest = { set = {}, reference = 1e-5,
     settings = ranking.settings({ "preview", "evolve", "publish" }, {}) } }
 
---- Ranks robots under each setting and prints a table.
+--- Ranks robots under each setting, prints a table, and stores the measurements of the tiers for
+--- `limax run` and `limax doctor`.
 ---@param how table the command's arguments; `size` instead of the usual ones
 ---@return limax.bench_result
 function accuracy.run(how)
@@ -51,6 +52,15 @@ function accuracy.run(how)
   if how.duration then set[#set + 1] = ("simulation.duration=%.9g"):format(how.duration) end
   local result = ranking.run(size, set, how.device, how.say)
   how.say("\n" .. ranking.text(result, terminal.style {}) .. "\n")
+  local measured = tiers.summary { ranking = result }
+  for _, name in ipairs(measured and tiers.NAMES or {}) do
+    how.say(("%-10s %s: %s"):format(name, tiers.describe(name), tiers.price(measured[name])))
+  end
+  -- another size gives another price
+  if not measured or how.size or how.duration then return result end
+  local path, message = tiers.keep(how.device, measured)
+  how.say(path and "stored for limax run and limax doctor: " .. path
+    or "not stored for limax run and limax doctor: " .. message)
   return result
 end
 
