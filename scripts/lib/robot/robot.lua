@@ -115,8 +115,8 @@ local rules = schema.fields {
 ---@class limax.robot.by_hand
 --- `voxels` holds the materials' letters: layers separated by an empty line, the lowest first; the
 --- first line of a layer is y = 1, and letters run along x. Groups of voxels that share no corner
---- are still one robot, with a note. Each weight is a number from 0 to 1, [x][y][z] or a function (x, y, z); 1
---- if absent.
+--- are still one robot, with a note. Each weight is a number from 0 to 1, [x][y][z] or a function
+--- (x, y, z); 1 if absent.
 ---@field voxels string
 ---@field weights? number|{ stiffness?: any, amplitude?: any, phase?: any }
 ---@field materials? string|table|limax.materials "paper" if absent

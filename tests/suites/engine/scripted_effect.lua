@@ -5,6 +5,7 @@ local limax = require "limax"
 local engine = require "limax.engine"
 local evolution = require "support.evolution"
 local host = require "limax.host"
+local process = require "support.process"
 
 local suite = require("limax.test").suite "scripted effects"
 
