@@ -46,29 +46,15 @@ local function run(line, folder)
   return status == 0, process.read(output)
 end
 
-local function needs(t, line, folder, package)
-  if not run(line, folder) then
-    t:skip(("there is no %s (Debian: apt-get install %s)"):format(package, package))
-  end
-end
-
 --- Runs a Python script that needs these modules, in a folder. An exception fails the test.
 function conversion.python(t, folder, modules, script)
   for _, module in ipairs(modules) do
-    needs(t, ("/usr/bin/python3 -c 'import %s'"):format(module), folder, "python3-" .. module)
+    if not run(("/usr/bin/python3 -c 'import %s'"):format(module), folder) then
+      t:skip(("there is no %s (Debian: apt-get install python3-%s)"):format(module, module))
+    end
   end
   process.write(folder .. "/.script.py", script)
   t:ok(run("/usr/bin/python3 -B .script.py", folder))
-end
-
---- Runs a command-line tool in a folder and returns its output.
----@param words string shell text after its name
----@param package? string of Debian, if not the tool's name
-function conversion.tool(t, folder, tool, words, package)
-  needs(t, "command -v " .. tool, folder, package or tool)
-  local fine, text = run(tool .. " " .. words, folder)
-  t:ok(fine, text)
-  return text
 end
 
 return conversion

@@ -17,6 +17,20 @@ function evolution.small(fields)
   return limax.experiment(options)
 end
 
+-- Fields of its own replace these.
+local SCRIPT = [[
+local limax = require "limax"
+local fields = { name = "try", lattice = { 2, 2, 2 }, population = 6, generations = 3,
+  repetitions = 1, simulation = { duration = 0.1, settle = 0, accuracy = "preview" },
+  supervisor = "fixed", fitness = "distance" }
+for name, value in pairs { %s } do fields[name] = value end
+return limax.experiment(fields)
+]]
+
+--- Writes the script of a tiny experiment.
+---@param fields? string its fields as Lua text, from line 5 of the script
+function evolution.script(path, fields) process.write(path, SCRIPT:format(fields or "")) end
+
 function evolution.silent() end
 
 --- The history of a finished run, and the run.

@@ -1,5 +1,6 @@
---- output.lua: limax prints through one function, which shows control characters.
+--- output.lua: limax prints through one function, which shows control characters; bytes as base64.
 
+local base64 = require "limax.base.base64"
 local host = require "limax.host"
 local shell = require "limax.base.shell"
 local source = require "limax.base.source"
@@ -47,4 +48,11 @@ suite:test("no other file of limax writes to a stream", function(t)
   visit "scripts/lib"
   visit "scripts/commands"
   visit "bindings/engine"
+end)
+
+suite:test("base64 is that of RFC 4648", function(t)
+  for plain, text in pairs { [""] = "", f = "Zg==", fo = "Zm8=", foo = "Zm9v", foob = "Zm9vYg==",
+    fooba = "Zm9vYmE=", foobar = "Zm9vYmFy", ["\255\239\190"] = "/+++" } do
+    t:equal(base64.encode(plain), text)
+  end
 end)

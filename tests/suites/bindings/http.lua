@@ -53,31 +53,16 @@ suite:test("requests to this machine never use a proxy", function(t)
   t:equal(answer.body, "me")
 end)
 
-suite:test("only https, or http to this machine, is allowed", function(t)
+suite:test("only https, or http to this machine, and no credentials in a URL", function(t)
   for _, url in ipairs { "http://example.org/", "ftp://127.0.0.1/", "file:///etc/hostname",
     "http://127.0.0.1.example.org/", "http://localhost.example.org/", "http://10.0.0.1/" } do
-    local answer, message = host.http { url = url }
-    t:equal(answer, nil)
+    local answer, message, problem = host.http { url = url }
+    t:equal({ answer, problem.kind }, { nil, "url" })
     t:ok(message:find("only https, or http to this machine, is allowed", 1, true), message)
   end
-  local answer, message = host.http { url = "http://127.0.0.1:1/?key=secret" }
-  t:equal(answer, nil)
+  local _, message = host.http { url = "http://127.0.0.1:1/?key=secret" }
   t:ok(not message:find("secret", 1, true), message)
-end)
-
-suite:test("misuse raises an error", function(t)
-  for expected, changed in pairs {
-    ["timeout must be a number above 0"] = { timeout = 0 },
-    ["value must not contain a line break"] = { headers = { a = "x\r\nHost: y" } },
-  } do
-    changed.url = "http://127.0.0.1:1/"
-    t:raises(expected, function() host.http(changed) end)
-  end
-  t:raises("url must be a string, not a nil", function() host.http {} end)
-end)
-
-suite:test("plain http to other machines, and credentials in a URL", function(t)
-  local _, message = host.http { url = "http://me:secret@127.0.0.1:1/" }
+  _, message = host.http { url = "http://me:secret@127.0.0.1:1/" }
   t:equal(message, "a URL with credentials is not allowed: http://127.0.0.1:1")
   -- a name too long for any resolver: nothing leaves the machine
   local name = ("x"):rep(64) .. ".invalid"
@@ -85,8 +70,6 @@ suite:test("plain http to other machines, and credentials in a URL", function(t)
     return host.http { url = "http://" .. name, allow_insecure = true }
   end)
   t:equal(problem.kind, "resolve")
-  _, _, problem = host.http { url = "http://" .. name }
-  t:equal(problem.kind, "url")
   _, _, problem = host.http { url = "ftp://" .. name, allow_insecure = true }
   t:equal(problem.kind, "url")
 end)

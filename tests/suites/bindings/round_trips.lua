@@ -7,7 +7,7 @@ local fixture = require "support.binding.fixture"
 local test = require "limax.test"
 
 local MATERIALS, LATTICE, ALL = fixture.MATERIALS, fixture.LATTICE, fixture.ALL
-local robots, raises_there = fixture.robots, fixture.raises_there
+local robots = fixture.robots
 
 local trips = test.suite "round trips"
 
@@ -54,21 +54,6 @@ trips:test("bodies", function(t)
   end
   to:check(MATERIALS)
   for i = 1, 4 do t:equal(to:body(i), from:body(i)) end
-end)
-
-trips:test("letters, names and indices write the same body", function(t)
-  local population = engine.population { lattice = { 2, 1, 2 }, count = 3 }
-  population:set_body(1, { "e", "c", ".", "b" }, nil, MATERIALS)
-  population:set_body(2, { "expanding muscle", "contracting muscle", "empty", "bone" }, nil,
-    MATERIALS)
-  local e, c, b = MATERIALS:index "e" - 1, MATERIALS:index "c" - 1, MATERIALS:index "b" - 1
-  population:set_body(3, { { { e, 0 } }, { { c, b } } })
-  for i = 1, 3 do t:equal(population:voxels(i), { { { e, 0 } }, { { c, b } } }) end
-  population:check(MATERIALS, { require_muscle = true })
-  local body = population:body(1)
-  t:equal({ body.status, body.voxels, body.size, #body.hash, #body.counts },
-    { "valid", 3, { 2, 1, 2 }, 16, MATERIALS.count })
-  t:equal(population:diversity({ 1, 2, 3 }).distinct, 1)
 end)
 
 trips:test("scenes", function(t)
@@ -119,26 +104,4 @@ objects:test("slices, outcomes and masks", { threads = { 1, 2 } }, function(t)
   t:equal({ outcome.status, outcome.reason, outcome.strain }, { "done", nil, nil })
   t:near(outcome.time, 0.2)
   t:ok(outcome.path_length >= 0 and outcome.time_step <= outcome.time_step_bound)
-end)
-
-objects:test("masses can be placed before the first step", function(t)
-  local population = engine.population { lattice = { 1, 1, 1 }, count = 1 }
-  population:set_body(1, { "s" }, nil, MATERIALS)
-  population:check(MATERIALS)
-  local simulation = engine.simulation(population, MATERIALS, engine.scene {},
-    { duration = 0.1, settle = 0 })
-  local positions = simulation:state(1):table()
-  for _, position in ipairs(positions) do position[1] = position[1] + 2 end
-  simulation:place(1, positions, nil)
-  t:near(simulation:state(1), positions, { atol = 1e-6 })
-  local flat = {}
-  for i = 1, 24 do flat[i] = i % 3 == 0 and 1 or 0 end
-  simulation:place(1, nil, flat)
-  local _, velocities = simulation:state(1)
-  t:near(velocities[8], { 0, 0, 1 }, { atol = 1e-6 })
-  simulation:run()
-  t:near(simulation:outcome(1).center_end[3] - simulation:outcome(1).center_start[3], 0.1,
-    { rtol = 1e-4 })
-  raises_there(t, "expected 8 rows of 3 numbers, got 2",
-    function() simulation:place(1, { 1, 2 }) end)
 end)

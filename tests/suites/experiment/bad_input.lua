@@ -8,31 +8,17 @@ local source = require "limax.base.source"
 
 local suite = require("limax.test").suite "bad input"
 
--- An experiment of a second, with lines of its own in front and fields of its own inside.
-local function write_experiment(folder, fields, head, generations)
-  assert(host.file.write_atomic(folder .. "/try.lua", ([[
-local limax = require "limax"
-%s
-return limax.experiment {
-  name = "try", lattice = { 2, 2, 2 }, population = 6, generations = %d, repetitions = 1,
-  simulation = { duration = 0.3, settle = 0.1, accuracy = "preview" },
-  supervisor = "fixed",
-  %s
-}
-]]):format(head or "", generations or 4, fields or 'fitness = "distance"')))
-end
-
 local run = process.ends
 
 suite:test("options, files and fields out of range", function(t)
   local folder = t:folder()
-  write_experiment(folder)
-  assert(host.file.write_atomic(folder .. "/nothing.lua", "return 3\n"))
-  assert(host.file.write_atomic(folder .. "/idle.lua",
-    'local e = require("limax").experiment { fitness = "walk" }\n'))
-  assert(host.file.write_atomic(folder .. "/colon.lua",
-    'return require("limax"):experiment { fitness = "walk" }\n'))
-  assert(host.file.write_atomic(folder .. "/p.png", "\137PNG\r\n\26\n\0\0\0\rIHDR"))
+  evolution.script(folder .. "/try.lua")
+  for name, text in pairs { nothing = "return 3\n",
+    idle = 'local e = require("limax").experiment { fitness = "walk" }\n',
+    colon = 'return require("limax"):experiment { fitness = "walk" }\n' } do
+    process.write(("%s/%s.lua"):format(folder, name), text)
+  end
+  process.write(folder .. "/p.png", "\137PNG\r\n\26\n\0\0\0\rIHDR")
   for _, case in ipairs {
     { "run p.png", 2, "p.png is not a Lua script: it has bytes that are not text" },
     { "run nothing.lua", 2, "nothing.lua returns no experiment" },
@@ -55,21 +41,21 @@ end)
 
 suite:test("material files", function(t)
   local folder = t:folder()
-  write_experiment(folder, 'fitness = "distance", materials = "mine.json"')
+  evolution.script(folder .. "/try.lua", 'materials = "mine.json"')
   assert(host.file.mkdir(folder .. "/inner"))
   process.fails(t, folder .. "/inner", 2, { "run", "../try.lua" },
     ("no file mine.json in %s/inner, nor beside the experiment in %s"):format(folder, folder))
   local good = source.read(host.home .. "/materials/paper.json")
   local text = good:gsub('"stiffness": *[%d%.e+]+', '"stiffness": -5', 1)
-  assert(host.file.write_atomic(folder .. "/mine.json", text))
+  process.write(folder .. "/mine.json", text)
   process.fails(t, folder, 2, { "run", "try.lua" }, "stiffness", "mine.json")
-  assert(host.file.write_atomic(folder .. "/mine.json", good))
+  process.write(folder .. "/mine.json", good)
   t:equal(run(folder, { "run", "try.lua", "-q" }).status, 0)
 end)
 
 suite:test("the next free folder is taken and printed, one that is used is refused", function(t)
   local folder = t:folder()
-  write_experiment(folder)
+  evolution.script(folder .. "/try.lua")
   for n = 1, 2 do
     local done = run(folder, { "run", "try.lua" })
     t:equal(done.status, 0)
@@ -81,21 +67,20 @@ suite:test("the next free folder is taken and printed, one that is used is refus
   t:equal(source.read(folder .. "/runs/try-1/r01/metrics.jsonl"), before)
 end)
 
-suite:test("a full disk: one message, and whole generations stay",
-  function(t)
-    local folder = t:folder()
-    write_experiment(folder, 'fitness = "distance", genome = { hidden = { 4 } }', nil, 40)
-    -- a limit on the size of a file, in blocks of 512 bytes, acts like a full disk
-    local done = run(folder, { "run", "try.lua", "--out", "r" },
-      { before = "trap '' XFSZ; ulimit -f 60;" })
-    process.failed(t, done, 1, "cannot append to r/")
-    t:ok(done.stderr:find "is on disk; continue with: [^\n]*limax run %-%-resume r", done.stderr)
-    -- nothing is wrong with the script
-    t:ok(not done.stderr:find("repaired", 1, true), done.stderr)
-    local text = source.read(folder .. "/r/r01/metrics.jsonl")
-    t:ok(#text > 0 and text:sub(-1) == "\n")
-    -- with space again it continues
-    t:equal(run(folder, { "run", "--resume", "r", "-q" }).status, 0)
-    t:equal(run(folder, { "run", "try.lua", "--out", "whole", "-q" }).status, 0)
-    evolution.same_files(t, folder .. "/r", folder .. "/whole", { "r01/metrics.jsonl" })
-  end)
+suite:test("a full disk: one message, and whole generations stay", function(t)
+  local folder = t:folder()
+  evolution.script(folder .. "/try.lua", "genome = { hidden = { 4 } }, generations = 40")
+  -- a limit on the size of a file, in blocks of 512 bytes, acts like a full disk
+  local done = run(folder, { "run", "try.lua", "--out", "r" },
+    { before = "trap '' XFSZ; ulimit -f 60;" })
+  process.failed(t, done, 1, "cannot append to r/")
+  t:ok(done.stderr:find "is on disk; continue with: [^\n]*limax run %-%-resume r", done.stderr)
+  -- nothing is wrong with the script
+  t:ok(not done.stderr:find("repaired", 1, true), done.stderr)
+  local text = source.read(folder .. "/r/r01/metrics.jsonl")
+  t:ok(#text > 0 and text:sub(-1) == "\n")
+  -- with space again it continues
+  t:equal(run(folder, { "run", "--resume", "r", "-q" }).status, 0)
+  t:equal(run(folder, { "run", "try.lua", "--out", "whole", "-q" }).status, 0)
+  evolution.same_files(t, folder .. "/r", folder .. "/whole", { "r01/metrics.jsonl" })
+end)

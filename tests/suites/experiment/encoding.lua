@@ -142,19 +142,6 @@ suite:test("functions of an encoding make the first genes and vary them", functi
   end
 end)
 
-suite:test("self_adaptive: step sizes are inherited and change", function(t)
-  local history = finished { genome = { mutation = "self_adaptive" }, generations = 4 }
-  local sizes = {}
-  for i = 1, 6 do
-    local record = history[4].population.rows[i]
-    if record.origin == "bred" then
-      t:ok(record.step_size > 0.02 and record.step_size < 0.5)
-      sizes[#sizes + 1] = record.step_size
-    end
-  end
-  t:ok(sizes[1] ~= sizes[2])
-end)
-
 suite:test("a wrong encoding or variation is refused with place and remedy", function(t)
   local function refused(message, genome)
     t:raises(message, function() small { genome = genome } end)

@@ -1,7 +1,7 @@
---- robots.lua: robots by hand (letters, weights, lattice), robot files without loss, film strips.
+--- robots.lua: robots by hand (letters, weights, lattice) and of genomes, robot files without loss.
 
+local evolution = require "support.evolution"
 local limax = require "limax"
-local sheet = require "limax.draw.sheet"
 local host = require "limax.host"
 local process = require "support.process"
 local robot_file = require "limax.robot.robot_file"
@@ -89,30 +89,21 @@ local function expressed()
 end
 
 files:test("keep every bit of a robot", function(t)
-  local population, folder = expressed(), t:folder()
+  local population, folder, changed = expressed(), t:folder(), MATERIALS:copy()
+  changed:set(changed:index "b", "stiffness", 1 / 3 * 1e4)
   for i = 1, population.count do
     local path = ("%s/%d.json"):format(folder, i)
-    robot_file.write(path, robot_file.describe(population, i, MATERIALS, 0.1))
+    robot_file.write(path, robot_file.describe(population, i, changed, 0.07))
     local robot = limax.robot(path)
     t:same_bits(robot.population:weights(1):table(), population:weights(i):table())
     t:equal(robot.population:voxels(1):table(), population:voxels(i):table())
     t:equal(robot.body.hash, population:body(i).hash)
-    t:same_bits(robot.materials:table(), MATERIALS:table())
+    t:same_bits({ robot.materials:table(), robot.description.edge }, { changed:table(), 0.07 })
+    t:equal(robot.description.lattice, { 3, 2, 4 })
     -- and the same text again
     robot:save(folder .. "/again.json")
     t:equal(source.read(folder .. "/again.json"), source.read(path))
   end
-end)
-
-files:test("keep changed materials, edge and lattice", function(t)
-  local changed = MATERIALS:copy()
-  changed:set(changed:index "b", "stiffness", 1 / 3 * 1e4)
-  local path = t:folder() .. "/robot.json"
-  limax.robot { voxels = "eb", lattice = { 3, 3, 3 }, materials = changed, edge = 0.07 }:save(path)
-  local robot = limax.robot(path)
-  t:same_bits(robot.materials:get(robot.materials:index "b").stiffness, 1 / 3 * 1e4)
-  t:equal(robot.description.lattice, { 3, 3, 3 })
-  t:same_bits(robot.description.edge, 0.07)
 end)
 
 files:test("a scored robot and a champion's file replay to the same score", function(t)
@@ -139,16 +130,12 @@ end)
 
 files:test("a fitness that is a function is passed to replay", function(t)
   local folder = t:folder()
-  assert(host.file.write_atomic(folder .. "/own.lua", [[
-    local limax = require "limax"
-    return limax.experiment { lattice = { 2, 2, 2 }, simulation = { duration = 0.2, settle = 0 },
-      population = 4, generations = 1, repetitions = 1,
-      fitness = function(robot) return 3 * robot:distance() end }
-  ]]))
+  evolution.script(folder .. "/own.lua",
+    "generations = 1, fitness = function(robot) return 3 * robot:distance() end")
   process.completes(t, folder, { "run", "own.lua", "-q", "--out", "run" })
   local champion = limax.robot(folder .. "/run/r01/champions/g0000.json")
   local text = 'dofile("RUN/scripts/own.lua").fitness.call'
-  t:raises("the function at own.lua:4", function() champion:replay() end)
+  t:raises("the function at own.lua:5", function() champion:replay() end)
   t:raises(text, function() champion:replay() end)
   local law = assert(loadstring("return " .. text:gsub("RUN", folder .. "/run")))()
   local replayed, score = champion:replay { fitness = law }
@@ -193,19 +180,56 @@ files:test("a damaged file raises with file, field, value and range", function(t
   t:raises("robot file", function() limax.robot(t:folder()) end)
 end)
 
-files:test("a film strip shows the same walk to the bit, and none that diverges", function(t)
-  local path = t:folder() .. "/robot.json"
-  local simulated = limax.robot({ voxels = "ecs\nece\n\nsbs\ncec" }):simulate { duration = 0.5,
-    record = { center_of_mass = 50, energy = 100 } }
-  simulated:save(path)
-  local filmed = sheet.write_film_strip(t:folder() .. "/strip.svg", limax.robot(path))
-  t:same_bits(filmed:displacement(), simulated:displacement())
+local genomes = require("limax.test").suite "robot of a genome"
 
-  local diverged = limax.robot({ voxels = "e" }):simulate { duration = 0.2, max_speed = 1e-3 }
-  t:equal(diverged.status, "diverged")
-  diverged:save(path)
-  local none, message = sheet.write_film_strip(path .. ".svg", limax.robot(path))
-  t:equal(none, nil)
-  t:ok(message:find("diverged", 1, true))
-  t:equal(host.file.exists(path .. ".svg"), nil)
+local LATTICE = { 3, 3, 3 }
+
+local function first_generation()
+  local experiment = limax.experiment { fitness = "walk", lattice = LATTICE, population = 6,
+    generations = 2, repetitions = 2, seed = 5, genome = { sigma = 0.5, features = 8,
+      hidden = { 12 } }, simulation = { duration = 0.1 } }
+  local run = limax.start(experiment, { repetition = 2, device = "cpu" })
+  return run:generations()()
+end
+
+local function of_genome(genome, more)
+  local fields = { genome = genome, lattice = LATTICE, sigma = 0.5, features = 8, hidden = { 12 },
+    seed = 5, repetition = 2 }
+  for name, value in pairs(more or {}) do fields[name] = value end
+  return limax.robot(fields)
+end
+
+genomes:test("genes and a random genome describe the bodies of an evolution", function(t)
+  local robots = first_generation()
+  for i = 1, #robots do
+    t:equal(of_genome(robots[i].genome).body.hash, robots[i].body.hash)
+    t:equal(of_genome("random", { individual = i }).body.hash, robots[i].body.hash)
+  end
+  t:equal(of_genome(robots[2].genome:table()).body.letters, robots[2].body.letters)
+  t:ok(of_genome("random", { individual = 1, seed = 6 }).body.hash ~= robots[1].body.hash)
+  local genes = robots[1].genome:table()
+  genes[7] = 0 / 0
+  t:raises("genome[7]: expected a number", function() of_genome(genes) end)
+end)
+
+genomes:test("a simulation by steps gives the bits of a whole one", function(t)
+  local robot = limax.robot { voxels = "ecs\nece\n\nsbs\ncec" }
+  local options = { duration = 0.3, device = "cpu", record = { center_of_mass = 50 } }
+  local walk = robot:begin(options)
+  t:equal(walk.steps, 0)
+  for _ = 1, 7 do walk:step(13) end
+  t:equal(walk.steps, 91)
+  walk:go(0.25)
+  local outcome = walk.simulation:outcome(1)
+  t:equal(walk.steps, 91 + math.ceil(0.25 / outcome.time_step - 1e-6))
+  t:equal(walk.status, "running")
+  local center, positions = walk:center(), walk:positions()
+  local sum = 0
+  for mass = 1, positions:size() do sum = sum + positions[mass][3] end
+  t:near(center[3], sum / positions:size())
+  t:equal(walk:velocities().shape, positions.shape)
+  t:same_bits(walk:finish():trace("center_of_mass"):table(),
+    robot:simulate(options):trace("center_of_mass"):table())
+  t:equal(walk:step(5).status, "done")
+  t:raises("go: expected seconds above 0, got -1", function() walk:go(-1) end)
 end)

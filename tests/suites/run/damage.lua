@@ -13,19 +13,25 @@ local source = require "limax.base.source"
 
 local suite = require("limax.test").suite "damage"
 
-local EXPERIMENT = [[
-local limax = require "limax"
-return limax.experiment { name = "tiny", lattice = { 2, 2, 2 }, population = 6, generations = 5,
-  repetitions = 2, simulation = { duration = 0.1, settle = 0 }, genome = { require_muscle = false },
-  fitness = function(robot) return FACTOR * robot:distance() end }
-]]
+local write = process.write
 
-local function write(path, text) assert(host.file.write_atomic(path, text)) end
+-- Writes an experiment whose fitness has this factor.
+local function write_experiment(folder, factor)
+  evolution.script(folder .. "/tiny.lua", ([[generations = 5, repetitions = 2,
+    genome = { require_muscle = false },
+    fitness = function(robot) return %s * robot:distance() end]]):format(factor))
+end
+
+local function shell(command, ...)
+  local words = { ... }
+  for k, word in ipairs(words) do words[k] = process.quote(word) end
+  assert(os.execute(command:format(unpack(words))) == 0, command)
+end
 
 -- A folder with a run of five generations.
 local function make(t)
   local folder = t:folder()
-  write(folder .. "/tiny.lua", (EXPERIMENT:gsub("FACTOR", "1")))
+  write_experiment(folder, "1")
   process.completes(t, folder, { "run", "tiny.lua", "-q", "--out", "r" })
   return folder
 end
@@ -75,34 +81,33 @@ suite:test("of any file is found", function(t)
   end
 end)
 
-suite:test("is refused with nothing changed, and the run goes on from what is whole",
-  function(t)
-    local folder = make(t)
-    local whole, run = folder .. "/r", folder .. "/copy"
-    for _, case in ipairs {
-      { file = "r02/genomes/g0003.npy", from = 2 },
-      { file = "r01/robots/g0001.npy", from = 0 },
-      { file = "r02/metrics.jsonl", from = 3 },
-    } do
-      os.execute(("rm -rf '%s' && cp -r '%s' '%s'"):format(run, whole, run))
-      local path = run .. "/" .. case.file
-      local text = source.read(path)
-      local damaged = flipped(text, math.max(3, #text - 100))
-      write(path, damaged)
-      local refused = process.ends(folder, { "run", "--resume", "copy", "-q" })
-      t:equal(refused.status, 1)
-      local from = tonumber(refused.stderr:match "%-%-from (%d+)")
-      t:ok(refused.stderr:find(case.file, 1, true) and from == case.from, refused.stderr)
-      t:ok(source.read(path) == damaged)
-      process.completes(t, folder, { "run", "--resume", "copy", "-q", "--from", tostring(from) })
-      for _, name in ipairs { "r01/metrics.jsonl", "r02/ledger.jsonl", "r01/genomes/g0004.npy",
-        "r02/robots/g0004.npy" } do
-        t:ok(source.read(run .. "/" .. name) == source.read(whole .. "/" .. name), name)
-      end
+suite:test("is refused with nothing changed, and the run goes on from what is whole", function(t)
+  local folder = make(t)
+  local whole, run = folder .. "/r", folder .. "/copy"
+  for _, case in ipairs {
+    { file = "r02/genomes/g0003.npy", from = 2 },
+    { file = "r01/robots/g0001.npy", from = 0 },
+    { file = "r02/metrics.jsonl", from = 3 },
+  } do
+    shell("rm -rf %s && cp -r %s %s", run, whole, run)
+    local path = run .. "/" .. case.file
+    local text = source.read(path)
+    local damaged = flipped(text, math.max(3, #text - 100))
+    write(path, damaged)
+    local refused = process.ends(folder, { "run", "--resume", "copy", "-q" })
+    t:equal(refused.status, 1)
+    local from = tonumber(refused.stderr:match "%-%-from (%d+)")
+    t:ok(refused.stderr:find(case.file, 1, true) and from == case.from, refused.stderr)
+    t:ok(source.read(path) == damaged)
+    process.completes(t, folder, { "run", "--resume", "copy", "-q", "--from", tostring(from) })
+    for _, name in ipairs { "r01/metrics.jsonl", "r02/ledger.jsonl", "r01/genomes/g0004.npy",
+      "r02/robots/g0004.npy" } do
+      t:ok(source.read(run .. "/" .. name) == source.read(whole .. "/" .. name), name)
     end
-    local listed = process.ends(folder, { "list", "--check", "copy" })
-    t:ok(listed.status == 0 and listed.stdout:find "10 generations, undamaged", listed.stdout)
-  end)
+  end
+  local listed = process.ends(folder, { "list", "--check", "copy" })
+  t:ok(listed.status == 0 and listed.stdout:find "10 generations, undamaged", listed.stdout)
+end)
 
 suite:test("a file that cannot be read is not taken for a damaged one", function(t)
   local folder = make(t)
@@ -115,20 +120,18 @@ suite:test("a file that cannot be read is not taken for a damaged one", function
 end)
 
 -- The new fitness is smaller by a factor of a million: old scores of elites would win for ever.
-suite:test("a changed fitness that was interrupted never mixes with the old scores",
-  function(t)
-    local folder = make(t)
-    local dying = '1e-6 * (os.getenv "DIE" and os.execute "kill -9 $PPID" or 1)'
-    write(folder .. "/tiny.lua", (EXPERIMENT:gsub("FACTOR", dying)))
-    local killed = process.ends(folder, { "run", "--resume", "r", "-q", "--changed", "--set",
-      "generations=8" }, { before = "DIE=1" })
-    t:equal(killed.status, 137)
-    -- the new configuration is in force, and there is no generation under it
-    process.completes(t, folder, { "run", "--resume", "r", "-q" })
-    for _, line in ipairs(reader.read(folder .. "/r"):lines("metrics", 1)) do
-      if line.generation > 4 then t:ok(line.best < 1e-5, line.best) end
-    end
-  end)
+suite:test("a changed fitness that was interrupted never mixes with the old scores", function(t)
+  local folder = make(t)
+  write_experiment(folder, '1e-6 * (os.getenv "DIE" and os.execute "kill -9 $PPID" or 1)')
+  local killed = process.ends(folder, { "run", "--resume", "r", "-q", "--changed", "--set",
+    "generations=8" }, { before = "DIE=1" })
+  t:equal(killed.status, 137)
+  -- the new configuration is in force, and there is no generation under it
+  process.completes(t, folder, { "run", "--resume", "r", "-q" })
+  for _, line in ipairs(reader.read(folder .. "/r"):lines("metrics", 1)) do
+    if line.generation > 4 then t:ok(line.best < 1e-5, line.best) end
+  end
+end)
 
 suite:test("a change that a full disk interrupts leaves a run that goes on", function(t)
   local folder = make(t)
@@ -145,17 +148,16 @@ suite:test("a change that a full disk interrupts leaves a run that goes on", fun
   process.completes(t, folder, { "list", "--check", "r" })
 end)
 
-suite:test("a folder that a killed process began is used; a taken name is left to the other",
-  function(t)
-    local folder = make(t)
-    host.file.mkdir(folder .. "/begun/scripts")
-    write(folder .. "/begun/journal.jsonl", "")
-    process.completes(t, folder, { "run", "tiny.lua", "-q", "--out", "begun" })
-    local words = { "run", "tiny.lua", "-q" }
-    local first, second = process.start(folder, words), process.start(folder, words)
-    t:equal({ first:finish() == 0, second:finish() == 0 }, { true, true })
-    t:ok(host.file.exists(folder .. "/runs/tiny-2"))
-  end)
+suite:test("a folder that a killed process began is used, a taken name is not", function(t)
+  local folder = make(t)
+  host.file.mkdir(folder .. "/begun/scripts")
+  write(folder .. "/begun/journal.jsonl", "")
+  process.completes(t, folder, { "run", "tiny.lua", "-q", "--out", "begun" })
+  local words = { "run", "tiny.lua", "-q" }
+  local first, second = process.start(folder, words), process.start(folder, words)
+  t:equal({ first:finish() == 0, second:finish() == 0 }, { true, true })
+  t:ok(host.file.exists(folder .. "/runs/try-2"))
+end)
 
 suite:test("is named by the commands that read it", function(t)
   local folder = make(t)
@@ -203,12 +205,6 @@ suite:test("a sealed line with a wrong field is named", function(t)
     write(path, text)
   end
 end)
-
-local function shell(command, ...)
-  local words = { ... }
-  for k, word in ipairs(words) do words[k] = process.quote(word) end
-  assert(os.execute(command:format(unpack(words))) == 0, command)
-end
 
 suite:test("a pipe in a folder is named, and does not stop limax list", function(t)
   local base = t:folder()

@@ -3,6 +3,7 @@
 
 local check = require "limax.run.check"
 local engine = require "limax.engine"
+local evolution = require "support.evolution"
 local host = require "limax.host"
 local process = require "support.process"
 local reader = require "limax.run.reader"
@@ -33,27 +34,26 @@ local function check_whole(t, folder, whole)
   end
 end
 
-suite:test("threads, and repetitions together or only one, change no byte",
-  function(t)
-    local folder = t:folder()
-    write_experiment(folder, 4, 4)
-    completes(t, folder, { "run", "tiny.lua", "-q", "--out", "apart", "--apart", "--threads", "1" })
-    local done = completes(t, folder,
-      { "run", "tiny.lua", "--out", "together", "--together", "--threads", "3" })
-    t:ok(done.stderr:find("repetitions 1 to 4 together", 1, true), done.stderr)
-    same_run(t, folder .. "/together", folder .. "/apart")
-    -- the second repetition begins before the first ends
-    local first, second = done.stderr:find "repetition 1  generation 3",
-      done.stderr:find "repetition 2  generation 0"
-    t:ok(second < first, done.stderr)
+suite:test("threads, and repetitions together or only one, change no byte", function(t)
+  local folder = t:folder()
+  write_experiment(folder, 4, 4)
+  completes(t, folder, { "run", "tiny.lua", "-q", "--out", "apart", "--apart", "--threads", "1" })
+  local done = completes(t, folder,
+    { "run", "tiny.lua", "--out", "together", "--together", "--threads", "3" })
+  t:ok(done.stderr:find("repetitions 1 to 4 together", 1, true), done.stderr)
+  same_run(t, folder .. "/together", folder .. "/apart")
+  -- the second repetition begins before the first ends
+  local first, second = done.stderr:find "repetition 1  generation 3",
+    done.stderr:find "repetition 2  generation 0"
+  t:ok(second < first, done.stderr)
 
-    completes(t, folder, { "run", "tiny.lua", "-q", "--repetition", "2", "--out", "only" })
-    t:equal(files(folder .. "/only", "/r02"), files(folder .. "/apart", "/r02"))
-    for _, path in ipairs(files(folder .. "/only", "/r02")) do
-      t:ok(source.read(folder .. "/only" .. path) == source.read(folder .. "/apart" .. path), path)
-    end
-    t:ok(not host.file.exists(folder .. "/only/r01"))
-  end)
+  completes(t, folder, { "run", "tiny.lua", "-q", "--repetition", "2", "--out", "only" })
+  t:equal(files(folder .. "/only", "/r02"), files(folder .. "/apart", "/r02"))
+  for _, path in ipairs(files(folder .. "/only", "/r02")) do
+    t:ok(source.read(folder .. "/only" .. path) == source.read(folder .. "/apart" .. path), path)
+  end
+  t:ok(not host.file.exists(folder .. "/only/r01"))
+end)
 
 -- Ends runs by a signal at random moments, and resumes them each time, until `kills` signals have
 -- hit. On the CPU, which is ready at once.
@@ -103,34 +103,28 @@ for _, signal in ipairs { "INT", "KILL" } do
     function(t) survives(t, signal, 6) end)
 end
 
-suite:test("a run that keeps the best robots goes on from its newest generations",
-  function(t)
-    local folder = t:folder()
-    assert(host.file.write_atomic(folder .. "/best.lua", [[
-      return require("limax").experiment { fitness = "distance", lattice = { 3, 3, 3 },
-        population = 8, generations = 6, repetitions = 1,
-        simulation = { duration = 0.3, settle = 0.1 },
-        supervisor = function(history)
-          local old = history[math.max(1, #history - 2)].population
-          return { mutation_scale = 0.1 + 0.01 * old[2].genome[3] }
-        end }]]))
-    completes(t, folder, { "run", "best.lua", "-q", "--out", "all" })
-    completes(t, folder, { "run", "best.lua", "-q", "--out", "best", "--set", "generations=3",
-      "--set", "record.population=best" })
-    completes(t, folder, { "run", "--resume", "best", "-q", "--changed", "--set", "generations=6" })
-    completes(t, folder, { "list", "--check", "best" })
-    local place = folder .. "/best/r01/"
-    t:ok(source.read(place .. "metrics.jsonl") == source.read(folder .. "/all/r01/metrics.jsonl"))
-    for _, name in ipairs { "robots", "genomes" } do
-      t:equal(host.file.list(place .. name), { "g0003.npy", "g0004.npy", "g0005.npy" })
-    end
-    t:equal(#host.file.list(place .. "champions"), 6)
-    local refused = run(folder, { "run", "--resume", "best", "--from", "4" })
-    t:ok(refused.status == 2 and refused.stderr:find 'record.population = "best" keeps',
-      refused.stderr)
-    assert(host.file.remove(place .. "genomes/g0004.npy"))
-    t:ok(run(folder, { "list", "--check", "best" }).stdout:find "g0004.npy is missing")
-  end)
+suite:test("a run that keeps the best robots goes on from its newest generations", function(t)
+  local folder = t:folder()
+  evolution.script(folder .. "/best.lua", [[generations = 6, supervisor = function(history)
+    local old = history[math.max(1, #history - 2)].population
+    return { mutation_scale = 0.1 + 0.01 * old[2].genome[3] }
+  end]])
+  completes(t, folder, { "run", "best.lua", "-q", "--out", "all" })
+  completes(t, folder, { "run", "best.lua", "-q", "--out", "best", "--set", "generations=3",
+    "--set", "record.population=best" })
+  completes(t, folder, { "run", "--resume", "best", "-q", "--changed", "--set", "generations=6" })
+  completes(t, folder, { "list", "--check", "best" })
+  local place = folder .. "/best/r01/"
+  t:ok(source.read(place .. "metrics.jsonl") == source.read(folder .. "/all/r01/metrics.jsonl"))
+  for _, name in ipairs { "robots", "genomes" } do
+    t:equal(host.file.list(place .. name), { "g0003.npy", "g0004.npy", "g0005.npy" })
+  end
+  t:equal(#host.file.list(place .. "champions"), 6)
+  process.fails(t, folder, 2, { "run", "--resume", "best", "--from", "4" },
+    'record.population = "best" keeps')
+  assert(host.file.remove(place .. "genomes/g0004.npy"))
+  t:ok(run(folder, { "list", "--check", "best" }).stdout:find "g0004.npy is missing")
+end)
 
 -- The device fails where its script asks for it: in generation 1 of the first repetition, or in
 -- what the fitness simulates.
@@ -162,74 +156,66 @@ return limax.experiment { name = "own", lattice = { 2, 2, 2 }, population = 6, g
   end }
 ]]
 
-suite:test("a device that fails leaves whole generations and the command that continues",
-  function(t)
-    local folder = t:folder()
-    assert(host.file.write_atomic(folder .. "/own.lua", BROKEN))
-    completes(t, folder, { "run", "own.lua", "-q", "--out", "whole" })
-    for _, place in ipairs { "generation", "fitness" } do
-      local done = run(folder, { "run", "own.lua", "-q", "--out", place, "--together" },
-        { before = "LIMAX_TEST_BREAK=" .. place })
-      t:equal(done.status, 1)
-      -- no traceback: neither the script nor its fitness is at fault
-      t:ok(done.stderr:find("^limax: simulation:advance: CUDA: [^\n]*_ILLEGAL_ADDRESS\n"
-        .. "continue with: [^\n]*limax run %-%-resume " .. place .. "\n$"), done.stderr)
-      local read = reader.read(folder .. "/" .. place)
-      local state, message = read.journal:state()
-      t:equal({ state, check.folder(read) }, { "failed", {} })
-      t:ok(message:find("CUDA_ERROR_ILLEGAL_ADDRESS", 1, true), message)
-      completes(t, folder, { "run", "--resume", place, "-q" })
-      same_run(t, folder .. "/" .. place, folder .. "/whole")
-    end
-  end)
+suite:test("a device that fails leaves whole generations and the command to continue", function(t)
+  local folder = t:folder()
+  process.write(folder .. "/own.lua", BROKEN)
+  completes(t, folder, { "run", "own.lua", "-q", "--out", "whole" })
+  for _, place in ipairs { "generation", "fitness" } do
+    local done = run(folder, { "run", "own.lua", "-q", "--out", place, "--together" },
+      { before = "LIMAX_TEST_BREAK=" .. place })
+    t:equal(done.status, 1)
+    -- no traceback: neither the script nor its fitness is at fault
+    t:ok(done.stderr:find("^limax: simulation:advance: CUDA: [^\n]*_ILLEGAL_ADDRESS\n"
+      .. "continue with: [^\n]*limax run %-%-resume " .. place .. "\n$"), done.stderr)
+    local read = reader.read(folder .. "/" .. place)
+    local state, message = read.journal:state()
+    t:equal({ state, check.folder(read) }, { "failed", {} })
+    t:ok(message:find("CUDA_ERROR_ILLEGAL_ADDRESS", 1, true), message)
+    completes(t, folder, { "run", "--resume", place, "-q" })
+    same_run(t, folder .. "/" .. place, folder .. "/whole")
+  end
+end)
 
-suite:test("a changed script or configuration is refused with the difference",
-  function(t)
-    local folder = t:folder()
-    write_experiment(folder, 4, 1)
-    completes(t, folder, { "run", "tiny.lua", "-q", "--out", "r", "--set", "generations=2" })
-    local path = folder .. "/tiny.lua"
-    local text = source.read(path)
-    text = text:gsub('selection = "rank"', 'selection = "roulette"')
-    assert(host.file.write_atomic(path, text))
-    local refused = run(folder, { "run", "--resume", "r", "-q" })
-    t:equal(refused.status, 2)
-    t:ok(refused.stderr:find "tiny.lua has changed: the run has r/scripts/tiny.lua", refused.stderr)
-    t:ok(refused.stderr:find "%-%-changed", refused.stderr)
-    local before = source.read(folder .. "/r/r01/metrics.jsonl")
+suite:test("a changed script or configuration is refused with the difference", function(t)
+  local folder = t:folder()
+  write_experiment(folder, 4, 1)
+  completes(t, folder, { "run", "tiny.lua", "-q", "--out", "r", "--set", "generations=2" })
+  local path = folder .. "/tiny.lua"
+  local text = source.read(path)
+  text = text:gsub('selection = "rank"', 'selection = "roulette"')
+  process.write(path, text)
+  local refused = process.fails(t, folder, 2, { "run", "--resume", "r", "-q" }, "--changed")
+  t:ok(refused.stderr:find '%+%d+:   selection = "roulette"', refused.stderr)
+  local before = source.read(folder .. "/r/r01/metrics.jsonl")
 
-    local continued =
-      completes(t, folder, { "run", "--resume", "r", "--changed", "--set", "generations=3" })
-    t:ok(continued.stderr:find "continuing with what has changed", continued.stderr)
-    local after = source.read(folder .. "/r/r01/metrics.jsonl")
-    t:equal(after:sub(1, #before), before)
-    t:ok(#after > #before)
-    t:ok(host.file.exists(folder .. "/r/config-2.json"))
-    t:ok(source.read(folder .. "/r/scripts/tiny.lua"):find '"rank"')
-    t:ok(source.read(folder .. "/r/scripts-2/tiny.lua"):find '"roulette"')
-    -- a finished run has nothing left to do
-    completes(t, folder, { "run", "--resume", "r", "-q" })
-    t:equal(source.read(folder .. "/r/r01/metrics.jsonl"), after)
-    t:equal(state_of(folder .. "/r"), "done")
-  end)
+  local continued =
+    completes(t, folder, { "run", "--resume", "r", "--changed", "--set", "generations=3" })
+  t:ok(continued.stderr:find "continuing with what has changed", continued.stderr)
+  local after = source.read(folder .. "/r/r01/metrics.jsonl")
+  t:equal(after:sub(1, #before), before)
+  t:ok(#after > #before)
+  t:ok(host.file.exists(folder .. "/r/config-2.json"))
+  t:ok(source.read(folder .. "/r/scripts/tiny.lua"):find '"rank"')
+  t:ok(source.read(folder .. "/r/scripts-2/tiny.lua"):find '"roulette"')
+  -- a finished run has nothing left to do
+  completes(t, folder, { "run", "--resume", "r", "-q" })
+  t:equal(source.read(folder .. "/r/r01/metrics.jsonl"), after)
+  t:equal(state_of(folder .. "/r"), "done")
+end)
 
-suite:test("a locked folder, and fields that can never change, are refused",
-  function(t)
-    local folder = t:folder()
-    write_experiment(folder, 2, 1)
-    completes(t, folder, { "run", "tiny.lua", "-q", "--out", "r" })
-    for _, change in ipairs { "seed=2", "lattice.1=4", "population=8", "genome.sigma=2",
-      "islands.count=2" } do
-      local refused = run(folder, { "run", "--resume", "r", "--changed", "--set", change })
-      t:equal(refused.status, 2)
-      t:ok(refused.stderr:find "cannot be continued with another", refused.stderr)
-    end
-    local handle = t:ok(host.file.lock(folder .. "/r/journal.jsonl"))
-    local refused = run(folder, { "run", "--resume", "r" })
-    handle:free()
-    t:equal(refused.status, 1)
-    t:ok(refused.stderr:find "in use by another process", refused.stderr)
-  end)
+suite:test("a locked folder, and fields that can never change, are refused", function(t)
+  local folder = t:folder()
+  write_experiment(folder, 2, 1)
+  completes(t, folder, { "run", "tiny.lua", "-q", "--out", "r" })
+  for _, change in ipairs { "seed=2", "lattice.1=4", "population=8", "genome.sigma=2",
+    "islands.count=2" } do
+    process.fails(t, folder, 2, { "run", "--resume", "r", "--changed", "--set", change },
+      "cannot be continued with another")
+  end
+  local handle = t:ok(host.file.lock(folder .. "/r/journal.jsonl"))
+  process.fails(t, folder, 1, { "run", "--resume", "r" }, "in use by another process")
+  handle:free()
+end)
 
 suite:test("a run continues with the copy of a script that is gone", function(t)
   local folder = t:folder()
@@ -279,7 +265,7 @@ end
 suite:test("an own loop continues where it was stopped", function(t)
   local folder = t:folder()
   local script = folder .. "/own.lua"
-  assert(host.file.write_atomic(script, OWN_LOOP))
+  process.write(script, OWN_LOOP)
   completes(t, folder, { "own.lua", "whole" })
   for _, stop in ipairs { 0, 2, 4 } do
     local done = run(folder, { "own.lua", "parts", tostring(stop) })
@@ -288,19 +274,15 @@ suite:test("an own loop continues where it was stopped", function(t)
   completes(t, folder, { "own.lua", "parts" })
   same_run(t, folder .. "/parts", folder .. "/whole")
   t:equal(state_of(folder .. "/parts"), "done")
-  local other = run(folder, { "run", "--resume", "parts" })
-  t:equal(other.status, 2)
-  t:ok(other.stderr:find("limax own.lua\nwith limax.start(", 1, true), other.stderr)
+  process.fails(t, folder, 2, { "run", "--resume", "parts" }, "limax own.lua\nwith limax.start(")
   -- a finished run stays as it is
   completes(t, folder, { "own.lua", "parts" })
   same_run(t, folder .. "/parts", folder .. "/whole")
 
   local changed = OWN_LOOP:gsub("mutation_rate = 0.2", "mutation_rate = 0.1")
-  assert(host.file.write_atomic(script, changed))
-  local refused = run(folder, { "own.lua", "parts" })
-  t:equal(refused.status, 2)
-  t:ok(refused.stderr:find("changed = true continues with the new one", 1, true), refused.stderr)
-  assert(host.file.write_atomic(script, (changed:gsub("resume = true", "%0, changed = true"))))
+  process.write(script, changed)
+  process.fails(t, folder, 2, { "own.lua", "parts" }, "changed = true continues with the new one")
+  process.write(script, (changed:gsub("resume = true", "%0, changed = true")))
   completes(t, folder, { "own.lua", "parts" })
   t:ok(host.file.exists(folder .. "/parts/scripts-2"))
 end)

@@ -1,11 +1,13 @@
---- bench.lua: `limax bench`: the rows of each bench, as a table, CSV and JSON.
+--- bench.lua: `limax bench`: the rows of each bench, as a table, CSV and JSON; statistics of
+--- rankings against examples worked out by hand.
 
-local agreement = require "limax.tools.bench.agreement"
-local bodies = require "limax.tools.bench.bodies"
+local accuracy = require "limax.tools.bench.accuracy"
+local bench_ranking = require "limax.tools.bench.accuracy.ranking"
 local context = require "limax.tools.bench.hard_cases.context"
 local engine = require "limax.engine"
 local host = require "limax.host"
 local process = require "support.process"
+local ranking = require "limax.base.statistics.ranking"
 local source = require "limax.base.source"
 local trial = require "support.trial"
 
@@ -39,7 +41,7 @@ local function row_of(t, rows, fields)
   t:ok(false, "no row has " .. host.json.encode(fields))
 end
 
-suite:test("throughput of the CPU", { limit = 300 }, function(t)
+suite:test("throughput of the CPU", function(t)
   local rows, output = bench(t, { "throughput", "--device", "cpu", "--threads", "2",
     "--seconds", "0.01" })
   t:ok(output:find("checked: every precision", 1, true), output)
@@ -50,7 +52,7 @@ suite:test("throughput of the CPU", { limit = 300 }, function(t)
   end
 end)
 
-suite:test("effects: each one, all but each, and all", { limit = 60 }, function(t)
+suite:test("effects: each one, all but each, and all", function(t)
   local rows = bench(t, { "effects", "--device", "cpu", "--seconds", "0.01" })
   t:equal(#rows, 2 + 2 * (#engine.effects() - 1))
   t:near(rows[1].relative_to_springs, 1)
@@ -62,39 +64,29 @@ suite:test("effects: each one, all but each, and all", { limit = 60 }, function(
   row_of(t, rows, { effects = "all but ground, friction" })
 end)
 
-suite:test("throughput and effects of a GPU", { devices = "cuda", tags = "full" }, function(t)
-  local rows, output = bench(t, { "throughput", "--device", "cuda", "--seconds", "0.01" })
-  trial.contains(t, output, "every precision is where the CPU is")
-  local row = row_of(t, rows, { lattice = "5x5x5", robots = 132, precision = "compensated" })
-  t:ok(row.springs_per_second > 1e8 and row.registers > 0 and row.instructions > 0)
-  t:near(row.robot_seconds_per_second, row.robots * 1e-4 / row.seconds_per_step)
-  row_of(t, rows, { lattice = "50x50x50", robots = 1 })
-  rows = bench(t, { "effects", "--device", "cuda", "--seconds", "0.01" })
-  t:ok(rows[1].instructions < rows[#rows].instructions, "effects add no instructions")
-end)
+-- ---- stability ---------------------------------------------------------------------------------
 
-suite:test("refuses what it cannot measure", function(t)
-  for _, bad in ipairs {
-    { { "effect" }, 'unknown bench "effect"; did you mean "effects"?', 2 },
-    { { "effects", "--device", "cuda" }, "device 'cuda': ", 1 },
-    { { "effects", "--duration", "5" }, "--duration belongs to limax bench accuracy", 2 },
-  } do
-    local done = process.ends(t:folder(), { "bench", unpack(bad[1]) },
-      { before = "CUDA_VISIBLE_DEVICES=" })
-    t:equal(done.status, bad[3])
-    t:ok(done.stderr:find(bad[2], 1, true), done.stderr)
-    t:equal(select(2, done.stderr:gsub("\n", "")), 1)
+suite:test("stability: a table, CSV and JSON", function(t)
+  local rows, output = bench(t, { "stability", "--filter", "free fall", "--device", "cpu" })
+  trial.contains(t, output, "1. free fall", "1 cases in")
+  for _, precision in ipairs(engine.names.precision.names) do
+    for _, integrator in ipairs(engine.names.integrator.names) do
+      t:equal(row_of(t, rows, { integrator = integrator, precision = precision }).status, "holds")
+    end
   end
 end)
 
-suite:test("a device agrees with itself, and tolerances detect another law", function(t)
-  t:equal(agreement.check(engine.materials "paper", engine.device "cpu", { { 2, 2, 2 } },
-    { "single", "double" }), 0)
-  t:ok(agreement.tolerance("single", bodies.ALL) < 1e-3)
-  t:ok(agreement.tolerance("double", bodies.ALL) < 1e-12)
-end)
+for _, fraction in ipairs { 0.99, 0.5, 0.1 } do
+  suite:test(("stability: every case holds at %g of the bound"):format(fraction),
+    { limit = 3600, tags = "full" }, function(t)
+      local lines = {}
+      local result = stability.run { device = engine.device "cpu", fraction = fraction,
+        say = function(text) lines[#lines + 1] = text end }
+      t:ok(not result.failed, table.concat(lines, "\n"))
+    end)
+end
 
-suite:test("hard cases: invariants detect divergence and energy from nowhere", function(t)
+suite:test("stability: invariants detect divergence and energy from nowhere", function(t)
   local c = context.new { device = engine.device "cpu", integrator = "leapfrog",
     precision = "double" }
   t:raises("robot 1 diverged (speed)", function()
@@ -127,4 +119,69 @@ suite:test("work_precision: the error in the air falls with the square of the st
   t:near(errors[2e-4] / errors[1e-4], 4, { rtol = 0.1 })
 end)
 
-return suite
+-- ---- accuracy -----------------------------------------------------------------------------------
+
+suite:test("Kendall's tau, against pairs counted one by one", function(t)
+  local function tau(a, b) return ranking.kendall_tau(a, b, 4) end
+  t:equal(tau({ 1, 2, 3, 4 }, { 10, 20, 30, 40 }), 1)
+  t:equal(tau({ 1, 2, 3, 4 }, { 4, 3, 2, 1 }), -1)
+  -- of the six pairs only (2, 3) is in the other order: (5 - 1) / 6
+  t:near(tau({ 1, 2, 3, 4 }, { 1, 3, 2, 4 }), 4 / 6)
+  -- b ties 2 and 3: five pairs are untied in both, all in the same order: 5 / sqrt(6 x 5)
+  t:near(tau({ 1, 2, 3, 4 }, { 1, 2, 2, 4 }), 5 / math.sqrt(30))
+  -- one that failed ranks last, two that failed are equal
+  t:equal(tau({ 1, 2, 3, 4 }, { nil, 2, 3, 4 }), 1)
+  t:near(tau({ 1, 2, 3, 4 }, { nil, nil, 3, 4 }), 5 / math.sqrt(30))
+  t:equal(tau({ 1, 1, 1, 1 }, { 1, 2, 3, 4 }), nil)
+end)
+
+suite:test("elites, overlap and elite regret, by hand", function(t)
+  local reference = { 5, 1, 4, 2, 3, 0, 0, 0, 0, 0 }
+  t:equal(ranking.elites(reference, 10, 0.3), { 1, 3, 5 })
+  t:equal(ranking.elites({ 1, 1, nil, 2 }, 4, 0.5), { 4, 1 })
+  t:equal(ranking.elites({ 1, 2 }, 2, 0.1), { 2 })
+  t:equal(ranking.elites({}, 3, 0.3), {})
+  -- the cheap scores take robots 1, 3 and 4 for 1, 3 and 5: 12 becomes 11
+  local cheap = { 9, 0, 8, 7, 6, 0, 0, 0, 0, 0 }
+  t:near(ranking.overlap(reference, cheap, 10, 0.3), 2 / 3)
+  t:near(ranking.elite_regret(reference, cheap, 10, 0.3), 1 / 12)
+  t:equal(ranking.elite_regret(reference, reference, 10, 0.3), 0)
+  -- only one did not fail: the missing elites count as the worst robot, 0
+  t:near(ranking.elite_regret(reference, { nil, nil, 3 }, 10, 0.3), 8 / 12)
+  -- one that fails under the reference counts as its worst, 1
+  t:near(ranking.elite_regret({ 4, nil, 1, 2 }, { 3, 4, 1, 2 }, 4, 0.25), 3 / 4)
+  -- scores below zero: 1 of 2 is lost
+  t:near(ranking.elite_regret({ -2, -3 }, { 1, 2 }, 2, 0.5), 0.5)
+  t:equal(ranking.elite_regret({ 0, 0 }, { 1, 2 }, 2, 0.5), nil)
+  local mean, relative = ranking.mean_error({ 1, 2, nil, 3 }, { 1.5, 2, 9, 2 }, 4)
+  t:near(mean, 0.5)
+  t:near(relative, 1.5 / 6)
+end)
+
+-- with a trace, so that samples are not those of a scene that records nothing
+local SMALL_BODIES = { "lattice=[2,2,2]", "simulation.duration=0.3", "simulation.settle=0.1",
+  "record={\"center_of_mass\":50}", "population=6", "generations=2", "genome.sigma=4" }
+
+local SIZE = { cases = 1, robots = 6, generations = 2, reference = 1e-4, seconds = 0.002,
+  set = SMALL_BODIES, settings = bench_ranking.settings({ "preview", "evolve" },
+    { { "leapfrog", "compensated", 5e-3 }, { "symplectic_euler", "compensated", 5e-4 } }) }
+
+suite:test("settings are ranked against the finest one", function(t)
+  local result = accuracy.run { device = engine.device("cpu", { threads = 1 }), size = SIZE,
+    say = function() end }
+  -- the finest setting against itself loses nothing; at too long a step every body fails
+  local by_setting = {}
+  for _, row in ipairs(result.rows) do
+    if row.population == "random" then by_setting[row.setting] = row end
+  end
+  local finest, failed = by_setting.finest, by_setting["leapfrog, compensated, 0.005 s"]
+  t:equal({ finest.tau, finest.overlap, finest.distance_error, finest.elite_regret },
+    { 1, 1, 0, 0 })
+  t:equal({ failed.failed, failed.overlap, failed.tau }, { 6, 0 })
+  t:ok(failed.elite_regret > 0 and finest.relative_to_paper > 0)
+  t:equal(failed.relative_to_paper, nil)
+  t:equal(by_setting.evolve.tier, "evolve")
+  local euler = by_setting["symplectic Euler, compensated, 0.0005 s"]
+  t:equal({ euler.status, euler.failed }, { "done", 0 })
+  t:ok(euler.seconds_per_second > 0 and euler.tau and euler.distance_error > 0)
+end)

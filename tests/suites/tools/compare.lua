@@ -22,14 +22,6 @@ local suite = require("limax.test").suite "compare"
 
 local contains, run = trial.contains, evolution.run
 
--- The names of the arms of runs with these fields.
-local function names_of(base, ...)
-  local list, names, before = {}, {}, #host.file.list(base)
-  for k, fields in ipairs { ... } do list[k] = run(("%s/%d"):format(base, before + k), fields) end
-  for k, arm in ipairs(arms.group(finished(list))) do names[k] = arm.name end
-  return names
-end
-
 -- ---- real runs ----------------------------------------------------------------------------------
 
 suite:test("runs become arms, pairs and a table in every form", function(t)
@@ -80,12 +72,10 @@ suite:test("the outcome is the last champion at publish under the first material
     "other materials, another score")
 end)
 
-suite:test("a fitness of a script runs from the folder on request, as it was recorded", function(t)
+suite:test("a fitness of a script runs from the folder, as it was recorded", function(t)
   local base = t:folder()
-  local function write(name, text, ...)
-    process.write(base .. "/" .. name, text:format(...))
-  end
-  write("own.lua", [[
+  local executed, helper = base .. "/executed", base .. "/r1/scripts/helper.lua"
+  process.write(base .. "/own.lua", [[
 local limax = require "limax"
 io.open("executed", "w"):close()
 local helper = require "helper"
@@ -93,45 +83,35 @@ return limax.experiment { name = "own", lattice = { 2, 2, 2 }, population = 4, g
   repetitions = 1, simulation = { duration = 0.1, settle = 0, accuracy = "preview" },
   supervisor = "fixed", fitness = function(robot) return helper.value + 0 * robot:distance() end }
 ]])
-  for k = 1, 2 do
-    write("helper.lua", "return { value = %d }", 6 + k)
+  for k, supervisor in ipairs { "fixed", "random" } do
+    process.write(base .. "/helper.lua", ("return { value = %d }"):format(6 + k))
     process.completes(t, base, { "run", "own.lua", "-q", "--out", "r" .. k, "--set",
-      "supervisor=" .. (k == 1 and "fixed" or "random") })
-  end
-  host.file.remove(base .. "/executed")
-  local function refused(text, ...)
-    process.fails(t, base, 2, ... and { ... } or { "compare", "r1", "r2" }, text)
-    t:ok(not host.file.exists(base .. "/executed"), text)
+      "supervisor=" .. supervisor })
   end
   local done = process.completes(t, base, { "compare", "r1", "r2", "--json" })
   local compared = host.json.decode(done.stdout).arms
   t:equal({ compared[1].runs[1].outcome, compared[2].runs[1].outcome }, { 7, 8 })
 
   -- with the key of another user nothing runs, and the report says why
-  local other = { before = ("LIMAX_KEY_FILE=%s/other.key"):format(base) }
-  for _, own in ipairs { true, false } do
-    host.file.remove(base .. "/executed")
-    done = process.ends(base, { "report", "r1", "r2", "--out", "x.html" }, own and {} or other)
-    t:equal({ done.status, host.file.exists(base .. "/executed") }, { 0, own and "file" or nil })
+  for _, key in ipairs { "", ("LIMAX_KEY_FILE=%s/other.key"):format(base) } do
+    host.file.remove(executed)
+    done = process.ends(base, { "report", "r1", "r2", "--out", "x.html" }, { before = key })
+    t:equal({ done.status, host.file.exists(executed) }, { 0, key == "" and "file" or nil })
     local refusal = process.read(base .. "/x.html"):find("trust it: limax trust r1", 1, true)
-    t:equal(refusal == nil, own)
+    t:equal(refusal == nil, key == "")
   end
-  host.file.remove(base .. "/executed")
-  write("r1/scripts/helper.lua", "return { value = 1000 }")
+  local function refused(text)
+    process.fails(t, base, 2, { "compare", "r1", "r2" }, text)
+    t:ok(not host.file.exists(executed), text)
+  end
+  process.write(helper, "return { value = 1000 }")
   refused("r1/scripts/helper.lua is not the script that ran: its SHA-256 differs from "
     .. "r1/config.json: run.scripts[1].sha256")
-  write("r1/scripts/helper.lua", "return { value = 7 }")
-  local config = process.read(base .. "/r1/config.json")
-  local function forge(from, to)
-    forged.text(base .. "/r1", "config.json", function() return (config:gsub(from, to)) end)
-  end
-  forge('"seed": %d+', '"seed": 7')
+  process.write(helper, "return { value = 7 }")
+  forged.text(base .. "/r1", "config.json", function(text)
+    return (text:gsub('"seed": %d+', '"seed": 7'))
+  end)
   refused "r1/config.json was changed since it was sealed"
-  for _, name in ipairs { "../../own.lua", "/own.lua" } do
-    forge('"own.lua"', '"' .. name .. '"')
-    process.fails(t, base, 1, { "trust", "--yes", "r1" },
-      "run.scripts[2].file: expected a path below this folder")
-  end
 end)
 
 suite:test("other questions and budgets are refused with the fields that differ", function(t)
@@ -159,30 +139,41 @@ suite:test("other questions and budgets are refused with the fields that differ"
   t:raises("is not done (stopped)", function() finished { twice } end)
 end)
 
-suite:test("arms with the same supervisor are named by the fields that differ", function(t)
-  local base = t:folder()
-  local list = finished { run(base .. "/a", { supervisor = "rules" }),
-    run(base .. "/b", { supervisor = { "rules", patience = 2 } }),
-    run(base .. "/c", { supervisor = "rules", breeding = { mutation_rate = 0.2 } }),
-    run(base .. "/d", { supervisor = "rules", name = "other", seed = 2 }) }
-  local names = {}
-  for i, arm in ipairs(arms.group(list)) do names[i] = ("%s: %d"):format(arm.name, #arm.runs) end
-  t:equal(names[1], "rules: 2")
-  t:ok(names[2]:find("patience=2", 1, true), names[2])
-  t:equal(names[3], "rules (breeding.mutation_rate=0.2): 1")
-end)
+local function wait() end
 
-suite:test("arms are named by how they search where nothing else differs", function(t)
+local NAMES = {
+  -- of one supervisor, by the fields that differ; the last one is another run of the first arm
+  { { supervisor = "rules" }, { supervisor = { "rules", patience = 2 } },
+    { supervisor = "rules", breeding = { mutation_rate = 0.2 } },
+    { supervisor = "rules", name = "other", seed = 2 },
+    names = { "^rules$", "patience=2", "^rules %(breeding.mutation_rate=0.2%)$" } },
+  -- by how they search; map_elites brings its own selection, and cppn its own fields of a genome
+  { { survival = { "plus", share = 0.3 }, genome = { encoding = "cppn" } }, {},
+    { archive = { "grid", cells = 4, descriptors = { "muscle_share" } }, survival = "map_elites" },
+    names = { "^cppn, plus, no archive$", "^fourier, elitist, no archive$",
+      "^fourier, map_elites, grid$" } },
+  { {}, { selection = "rank" }, names = { "^tournament$", "^rank$" } },
+  { { survival = { "plus", share = 0.3 } }, { survival = { "plus", share = 0.2 } },
+    names = { "^fixed$", "^fixed %(survival.share=0.2%)$" } },
+  -- by their experiments
+  { { supervisor = "rules", name = "low" },
+    { supervisor = "rules", name = "high", breeding = { mutation_rate = 0.2 } },
+    names = { "^low$", "^high$" } },
+  { { supervisor = wait }, { supervisor = "fixed" }, names = { "compare%.lua$", "^fixed$" } },
+  -- two functions of one file
+  { { supervisor = wait }, { supervisor = function() return nil, "other" end },
+    names = { "compare%.lua$", 'compare%.lua %(supervisor.function="%x+"%)$' } },
+}
+
+suite:test("arms are named by what differs", function(t)
   local base = t:folder()
-  local grid = { "grid", cells = 4, descriptors = { "muscle_share" } }
-  -- map_elites brings its own selection, and cppn its own fields of a genome
-  t:equal(names_of(base, { survival = { "plus", share = 0.3 }, genome = { encoding = "cppn" } },
-    {}, { archive = grid, survival = "map_elites" }),
-    { "cppn, plus, no archive", "fourier, elitist, no archive", "fourier, map_elites, grid" })
-  t:equal(names_of(base, {}, { selection = "rank" }), { "tournament", "rank" })
-  -- the same names, other options
-  t:equal(names_of(base, { survival = { "plus", share = 0.3 } },
-    { survival = { "plus", share = 0.2 } }), { "fixed", "fixed (survival.share=0.2)" })
+  for n, case in ipairs(NAMES) do
+    local list = {}
+    for k, fields in ipairs(case) do list[k] = run(("%s/%d-%d"):format(base, n, k), fields) end
+    local groups = arms.group(finished(list))
+    t:equal(#groups, #case.names)
+    for k, pattern in ipairs(case.names) do t:ok(groups[k].name:find(pattern), groups[k].name) end
+  end
 end)
 
 suite:test("--outcome compares what the metrics record of archives and fronts", function(t)
@@ -221,38 +212,6 @@ suite:test("--outcome compares what the metrics record of archives and fronts", 
   refused('did you mean "coverage"?', "--outcome", "coverge")
 end)
 
-suite:test("other arms have their experiments' names", function(t)
-  local base = t:folder()
-  local function wait() end
-  t:equal(names_of(base, { supervisor = "rules", name = "low" },
-    { supervisor = "rules", name = "high", breeding = { mutation_rate = 0.2 } }),
-    { "low", "high" })
-  local same = names_of(base, { supervisor = wait }, { supervisor = "fixed" })
-  t:ok(same[1]:find "compare%.lua$", same[1])
-  t:equal(same[2], "fixed")
-  -- two functions of one file
-  same = names_of(base, { supervisor = wait },
-    { supervisor = function() return nil, "other" end })
-  t:ok(same[1]:find "compare%.lua$", same[1])
-  t:ok(same[2]:find 'compare%.lua %(supervisor.function="%x+"%)$', same[2])
-end)
-
-suite:test("an arm that repeats another run names the owner of the parameters", function(t)
-  local base = t:folder()
-  local folders = { run(base .. "/a", { supervisor = "random" }),
-    run(base .. "/b", { supervisor = "fixed", seed = 2 }) }
-  for seed, lender in ipairs { "b", "a", "a" } do
-    folders[#folders + 1] = run(base .. "/yoked" .. seed, { seed = seed + 2,
-      supervisor = { "yoked", run = ("%s/%s"):format(base, lender) } })
-  end
-  local groups = arms.group(finished(folders))
-  t:equal(#groups, 4)
-  t:equal({ groups[3].name, #groups[3].runs, groups[3].donor },
-    { "yoked", 1, "parameters of fixed" })
-  t:equal({ groups[4].name, #groups[4].runs, groups[4].donor },
-    { 'yoked (supervisor.donor="parameters of random")', 2, "parameters of random" })
-end)
-
 -- ---- verdicts on outcomes by hand ---------------------------------------------------------------
 
 -- An arm of runs with these outcomes, repetitions 1, 2, ...; each took `evaluations`.
@@ -285,35 +244,39 @@ end
 suite:test("ten pairs of one sign are a claim, and Holm counts the arms", function(t)
   local result = judge { arm_of("fixed", counting(10, 0)), arm_of("better", counting(10, 0.5)),
     arm_of("worse", counting(10, -0.25)), arm_of("same", counting(10, 0)) }
-  local better, worse, same = result.arms[2], result.arms[3], result.arms[4]
-  t:equal({ better.test.name, better.test.p, better.test.p_holm },
-    { "signed_rank", 2 / 1024, 6 / 1024 })
-  t:equal(better.centre_name, "interquartile mean")
-  t:near({ better.test.difference, better.test.low, better.test.high }, { 0.5, 0.5, 0.5 })
-  t:equal({ better.claimed, worse.claimed, same.claimed }, { true, true, false })
-  t:ok(better.claim:find "^better than fixed %(p = 0.0059 after Holm", better.claim)
-  t:ok(worse.claim:find "^worse than fixed", worse.claim)
-  t:ok(same.claim:find "^no difference from fixed was shown %(p = 1 after Holm", same.claim)
-  t:equal(better.test.smallest_p_holm, 6 / 1024)
-  t:equal(result.comparisons, 3)
+  local test = result.arms[2].test
+  t:equal({ test.name, test.p, test.p_holm, test.smallest_p_holm, result.comparisons },
+    { "signed_rank", 2 / 1024, 6 / 1024, 6 / 1024, 3 })
+  t:equal(result.arms[2].centre_name, "interquartile mean")
+  t:near({ test.difference, test.low, test.high }, { 0.5, 0.5, 0.5 })
+  for k, claim in ipairs { "^better than fixed %(p = 0.0059 after Holm", "^worse than fixed",
+    "^no difference from fixed was shown %(p = 1 after Holm" } do
+    t:ok(result.arms[k + 1].claim:find(claim), result.arms[k + 1].claim)
+    t:equal(result.arms[k + 1].claimed, k < 3)
+  end
 end)
 
 suite:test("a missing pair means the unpaired test, and is named", function(t)
-  local result = judge({ arm_of("a", counting(6, 0)), arm_of("b", counting(5, 10)) })
+  local result = judge { arm_of("a", counting(6, 0)), arm_of("b", counting(5, 10)) }
   local test = result.arms[2].test
-  t:equal({ test.name, test.why }, { "rank_sum", "b lacks seed 1, repetition 6 of a" })
+  t:equal({ test.name, test.why, test.a12, test.difference },
+    { "rank_sum", "b lacks seed 1, repetition 6 of a", 1 })
   t:near(test.p, 2 / 462)
-  t:equal(test.a12, 1)
-  t:equal(test.difference, nil)
   t:ok(result.arms[2].claim:find "^better than a", result.arms[2].claim)
 end)
 
 suite:test("no claim: few runs, other evaluations, a model that was asked too little", function(t)
-  local result = judge { arm_of("fixed", counting(5, 0)), arm_of("five", counting(5, 9)) }
-  t:equal(result.arms[2].claim, "too few runs for any claim: the smallest p after Holm is 0.063")
-  result = judge { arm_of("fixed", counting(9, 0)), arm_of("more", counting(9, 9), 111) }
-  t:equal(result.arms[2].claim, "no claim: 111 evaluations against 100 of fixed")
-  t:equal(result.arms[2].claimed, false)
+  -- judges against this arm, and expects this claim of the other one
+  local function claims(text, n, arm, options)
+    local result = judge({ arm_of("fixed", counting(n, 0)), arm }, options)
+    local judged = result.arms[options and 1 or 2]
+    t:ok(judged.claim:find(text), judged.claim)
+    t:equal(judged.claimed, text:find "^^better" ~= nil)
+    return result
+  end
+  claims("^too few runs for any claim: the smallest p after Holm is 0.063$", 5,
+    arm_of("five", counting(5, 9)))
+  claims("^no claim: 111 evaluations against 100 of fixed$", 9, arm_of("more", counting(9, 9), 111))
 
   local asked = arm_of("llm", counting(9, 9))
   for i, one in ipairs(asked.runs) do
@@ -322,19 +285,12 @@ suite:test("no claim: few runs, other evaluations, a model that was asked too li
       one.ledger[g + 1] = { generation = g, source = i == 1 and g <= 4 and "keep" or "model" }
     end
   end
-  result = judge { arm_of("fixed", counting(9, 0)), asked }
-  t:near(result.arms[2].model.share, 86 / 90)
-  t:equal(result.arms[2].claimed, true)
+  t:near(claims("^better than fixed", 9, asked).arms[2].model.share, 86 / 90)
   asked.runs[2].ledger[2].source = "rules"
-  result = judge { arm_of("fixed", counting(9, 0)), asked }
-  t:equal(result.arms[2].claimed, false)
-  t:ok(result.arms[2].claim:find "^partly model: it set 94 %%", result.arms[2].claim)
-  t:ok(tables.text(result, { width = 80 }):find("llm (partly model)", 1, true))
+  local result = claims("^partly model: it set 94 %%", 9, asked)
+  contains(t, tables.text(result, { width = 80 }), "llm (partly model)")
   -- nor is anything claimed against such an arm
-  result = judge({ arm_of("fixed", counting(9, 0)), asked }, { baseline = "llm" })
-  t:equal(result.arms[1].claimed, false)
-  t:ok(result.arms[1].claim:find "^no claim: llm is partly model: it set 94 %%",
-    result.arms[1].claim)
+  claims("^no claim: llm is partly model: it set 94 %%", 9, asked, { baseline = "llm" })
 end)
 
 suite:test("a champion that fails at publish is the worst of all, and counted", function(t)
@@ -344,15 +300,6 @@ suite:test("a champion that fails at publish is the worst of all, and counted", 
   t:equal(result.failed_at_publish, 1)
   t:equal(result.arms[1].values, { 4, 5, 6, 2, 8, 9 })
   t:equal(result.arms[1].n, 6)
-end)
-
-suite:test("exploratory: shares of proposed fields by outcome", function(t)
-  local one = { ledger = { { entries = {} }, { entries = { { outcome = "accepted" },
-    { outcome = "kept" }, { outcome = "rate-limited" } } }, { entries = { { outcome = "clamped" },
-    { outcome = "accepted" } } } } }
-  t:equal(measures.proposals { one }, { proposed = 4, accepted = 0.5, clamped = 0.25,
-    rate_limited = 0.25, rejected = 0 })
-  t:equal(measures.proposals { { ledger = {} } }, { proposed = 0 })
 end)
 
 suite:test("exploratory: a missed target is censored, the area is a mean", function(t)

@@ -3,18 +3,14 @@
 
 local choice = require "limax.base.choice"
 local conversion = require "support.conversion"
-local defaults = require "limax.settings.defaults"
-local engine = require "limax.engine"
+local evolution = require "support.evolution"
 local faulty_server = require "support.faulty_server"
 local field_page = require "support.field_page"
 local host = require "limax.host"
-local limax = require "limax"
-local npy = require "limax.base.npy"
 local process = require "support.process"
-local proposals = require "limax.supervise.proposals"
-local reader = require "limax.run.reader"
 local sealed = require "limax.base.sealed"
 local source = require "limax.base.source"
+local talker = require "support.talker"
 
 local suite = require("limax.test").suite "documentation"
 
@@ -26,9 +22,7 @@ local READMES = { "scripts/GPU.md", unpack(WITH_LUA) }
 
 local function text_of(path) return assert(source.read(host.home .. "/" .. path)) end
 
-local function write(path, text) assert(host.file.write_atomic(path, text)) end
-
-local completes = process.completes
+local write, completes = process.write, process.completes
 
 -- ---- the page of the run folder -----------------------------------------------------------------
 
@@ -76,46 +70,20 @@ return limax.experiment {
 }
 ]]
 
--- A language model with a client of its own: a valid answer, an invalid one, a failure.
-local TALK = [[
-local limax = require "limax"
-local host = require "limax.host"
-local function client(options, context)
-  local made, asked = {}, 0
-  function made:describe() return { endpoint = "http://127.0.0.1:9/v1/chat/completions" } end
-  function made:state() return { model = "m", totals = { asked = asked } } end
-  function made:restore(state) asked = state.totals.asked end
-  function made:ask(messages)
-    asked = asked + 1
-    local body = host.json.encode { messages = messages }
-    context.record { time = host.time(), ms = 3, request = body, request_sha256 = host.sha256(body),
-      http_status = 200, raw_body = "{}", raw_body_truncated = false,
-      answer = { content = "", model = "m", finish_reason = "stop" } }
-    if asked == 2 then return nil, { class = "http", message = "HTTP 500", http_status = 500,
-      attempts = 1 } end
-    return { content = asked == 1 and '{"mutation_rate": 0.15, "reason": "why",'
-      .. ' "materials": {"bone": {"stiffness": 9000}}}' or '{"elites": 1}', attempts = 1,
-      finish_reason = "stop", usage = { input_tokens = 800, output_tokens = 20 } }
+-- A language model: a valid answer, a failure, an invalid answer.
+local function answer(_, n)
+  if n == 2 then
+    return { class = "http", message = "HTTP 500", http_status = 500, attempts = 1 }
   end
-  return made
+  return { usage = { input_tokens = 800, output_tokens = 20 }, content = n == 1
+    and '{"mutation_rate": 0.15, "reason": "why", "materials": {"bone": {"stiffness": 9000}}}'
+    or '{"elites": 1}' }
 end
-return limax.experiment {
-  name = "talk", lattice = { 2, 2, 2 }, population = 4, generations = 4, repetitions = 1,
-  simulation = { duration = 0.1, settle = 0 },
-  fitness = "distance",
-  supervision = { materials = true }, supervisor = { "llm", client = client, fallback = "fixed" },
-}
-]]
 
 local function run_script(t, base, name, text, words, status)
   write(("%s/%s.lua"):format(base, name), text)
   local done = process.ends(base, { "run", unpack(words) })
   t:ok(done.status == status, ("%s: status %d\n%s"):format(name, done.status, done.stderr))
-end
-
-local function run_plain(t, base)
-  run_script(t, base, "plain", PLAIN:gsub("FITNESS", '{ "distance", axis = "x" }'),
-    { "plain.lua", "--out", "plain", "--repetition", "2" }, 0)
 end
 
 -- Runs that together write every file and almost every optional field: their folders by name.
@@ -128,25 +96,21 @@ local function real_runs(t)
     { "--resume", "rich", "--changed", "--set", "generations=6" }, 0)
   -- a cut, and less than what is there
   completes(t, base, { "run", "--resume", "rich", "--from", "4", "-q" })
-  run_plain(t, base)
+  run_script(t, base, "plain", PLAIN:gsub("FITNESS", '{ "distance", axis = "x" }'),
+    { "plain.lua", "--out", "plain", "--repetition", "2" }, 0)
   run_script(t, base, "wrong", PLAIN:gsub("FITNESS", "function() return {} end"),
     { "wrong.lua", "--out", "wrong" }, 1)
-  run_script(t, base, "talk", TALK, { "talk.lua", "--out", "talk" }, 0)
+  local talk = talker.run(t, { "llm", client = talker.new(answer), fallback = "fixed" },
+    { supervision = { materials = true } })
   completes(t, base, { "report", "rich", "--no-robots" })
   return { rich = base .. "/rich", plain = base .. "/plain", wrong = base .. "/wrong",
-    talk = base .. "/talk" }
+    talk = talk.folder }
 end
 
-local function files_below(folder, before, list)
-  before, list = before or "", list or {}
-  for _, name in ipairs(host.file.list(folder)) do
-    local path = folder .. "/" .. name
-    if host.file.exists(path) == "folder" then
-      files_below(path, before .. name .. "/", list)
-    else
-      list[#list + 1] = before .. name
-    end
-  end
+local function files_below(folder)
+  local pipe, list = io.popen(("cd '%s' && find . -type f -printf '%%P\n'"):format(folder)), {}
+  for name in pipe:lines() do list[#list + 1] = name end
+  pipe:close()
   return list
 end
 
@@ -157,10 +121,9 @@ local function listed_as(name)
     :gsub("^scripts/.*", "scripts/FILE"):gsub("^prompts/%x+", "prompts/HASH"))
 end
 
--- The headings of the objects that are compared.
-local OBJECTS = { "config.json", "metrics.jsonl", "ledger.jsonl", "timing.jsonl", "Attempt",
-  "Decision", "champions/gNNNN.json", "Journal: begin", "Journal: generation", "Journal: cut",
-  "Journal: end" }
+-- The headings of the objects that are compared; supervise/llm_server.lua compares transcripts.
+local OBJECTS = { "config.json", "metrics.jsonl", "ledger.jsonl", "timing.jsonl",
+  "champions/gNNNN.json", "Journal: begin", "Journal: generation", "Journal: cut", "Journal: end" }
 
 -- Compares the lines of a journal with the sections of their kinds.
 local function compare_journal(t, text, trees)
@@ -174,27 +137,20 @@ local function compare_journal(t, text, trees)
 end
 
 suite:test("a run folder has the files and fields of the page", function(t)
-  local sections, trees, objects = field_page.read(), {}, 0
+  local sections, trees = field_page.read(), {}
   for _, heading in ipairs(OBJECTS) do trees[heading] = field_page.tree(sections, heading) end
   -- file of the page -> run -> true
-  local seen, folders = {}, real_runs(t)
-  for _, run in ipairs { "rich", "plain", "wrong", "talk" } do
-    for _, name in ipairs(files_below(folders[run])) do
-      local listed = listed_as(name)
+  local seen = {}
+  for run, folder in pairs(real_runs(t)) do
+    for _, name in ipairs(files_below(folder)) do
+      local listed, text = listed_as(name), source.read(folder .. "/" .. name)
       seen[listed] = seen[listed] or {}
       seen[listed][run] = true
       local heading = listed:gsub("^rNN/", ""):gsub("^config%-N", "config")
-      if listed == "transcript.jsonl" then
-        field_page.compare_transcript(t, source.read(folders[run] .. "/" .. name), trees)
-      end
-      if listed == "journal.jsonl" then
-        compare_journal(t, source.read(folders[run] .. "/" .. name), trees)
-      end
+      if listed == "journal.jsonl" then compare_journal(t, text, trees) end
       if trees[heading] then
-        local text = source.read(folders[run] .. "/" .. name)
         for object in text:gmatch(heading:match "%.jsonl$" and "[^\n]+" or ".+") do
           field_page.compare(t, assert(host.json.decode(object, name)), trees[heading])
-          objects = objects + 1
         end
       end
     end
@@ -212,88 +168,13 @@ suite:test("a run folder has the files and fields of the page", function(t)
     t:ok(named[name], ("%s is not among the files of %s"):format(name, PAGE))
   end
 
-  local unseen = {}
   for _, heading in ipairs(OBJECTS) do
     field_page.each(trees[heading], function(field)
       -- `compare` checks the fields of an optional object that is present
       local inner = field.parent.optional and not field.parent.seen
       t:ok(field.seen or field_page.is_optional(field) or inner, field.path .. " is in no run")
-      if not field.seen then unseen[#unseen + 1] = field.path end
     end)
   end
-  t:note(("%d objects; optional and not seen: %s"):format(objects, table.concat(unseen, ", ")))
-end)
-
-suite:test("units on the page are those of the program", function(t)
-  local sections = field_page.read()
-  local config = field_page.tree(sections, "config.json")
-  local function check(path, unit)
-    local field = field_page.at(config, path)
-    t:ok(field.unit, ("%s is not on %s"):format(path, PAGE))
-    t:ok(field.unit == unit, ("%s: %s on %s, %s in the program"):format(path, field.unit, PAGE,
-      unit))
-  end
-  for name, field in pairs(defaults.fields.experiment) do check(name, field.unit) end
-  local materials = engine.materials "paper"
-  for _, name in ipairs { "stiffness", "mass_per_site", "damping_ratio", "amplitude", "phase",
-    "stiffness_floor" } do
-    check("materials.materials." .. name, materials:field(name).unit)
-  end
-  local metrics = field_page.tree(sections, "metrics.jsonl")
-  for _, limit in ipairs(proposals.limits(30)) do
-    if limit.material then
-      local unit = materials:field(limit.field).unit
-      t:equal(field_page.at(metrics, "materials.MATERIAL." .. limit.field).unit, unit)
-    else
-      t:equal(field_page.at(metrics, "parameters." .. limit.field).unit, limit.unit)
-    end
-  end
-end)
-
--- The outputs of a genome's network at a point, as the page describes them.
-local function outputs(rows, genes, widths, v)
-  local layer, at = {}, 0
-  for k, b in ipairs(rows) do
-    local turns = 2 * math.pi * (b[1] * v[1] + b[2] * v[2] + b[3] * v[3])
-    layer[k], layer[#rows + k] = math.cos(turns), math.sin(turns)
-  end
-  for depth, width in ipairs(widths) do
-    local next_layer, inputs = {}, #layer
-    for unit = 1, width do
-      local sum = genes[at + inputs * width + unit]
-      for k = 1, inputs do sum = sum + genes[at + inputs * (unit - 1) + k] * layer[k] end
-      next_layer[unit] = depth < #widths and math.tanh(sum) or sum
-    end
-    layer, at = next_layer, at + (inputs + 1) * width
-  end
-  return layer
-end
-
-suite:test("genomes and champions are as the page describes them", function(t)
-  local base = t:folder()
-  run_plain(t, base)
-  local folder = base .. "/plain"
-  local champion = folder .. "/r02/champions/g0001.json"
-  local again = limax.robot(champion):simulate().record.outcome
-  t:same_bits(again, host.json.decode(source.read(champion)).outcome)
-  local robots = reader.read(folder):rows(2, 1)
-  local genomes = npy.decode(source.read(folder .. "/r02/genomes/g0001.npy"))
-  -- 2 x 16 inputs, two layers of 32, 5 materials and 3 weights
-  local length = 33 * 32 + 33 * 32 + 33 * 8
-  t:equal(genomes.shape, { robots.count, length })
-  -- the champion's weights from B and its genome; its corners are at -1 and 1
-  local b, robot = npy.decode(source.read(folder .. "/r02/B.npy")), limax.robot(champion):table()
-  t:equal({ b.kind, b.shape }, { "<f8", { 16, 3 } })
-  local place, rows, numbers, all = 0, {}, npy.numbers(b), npy.numbers(genomes)
-  while robots[place + 1].id ~= robot.id do place = place + 1 end
-  for k = 1, 16 do rows[k] = { numbers[3 * k - 2], numbers[3 * k - 1], numbers[3 * k] } end
-  local genes = { unpack(all, place * length + 1, (place + 1) * length) }
-  for z = 1, 2 do for y = 1, 2 do for x = 1, 2 do
-    local found = outputs(rows, genes, { 32, 32, 8 }, { 2 * x - 3, 2 * y - 3, 2 * z - 3 })
-    for k, name in ipairs { "stiffness", "amplitude", "phase" } do
-      t:near(1 / (1 + math.exp(-found[5 + k])), robot.weights[name][z][y][x], { atol = 1e-5 })
-    end
-  end end end
 end)
 
 -- ---- examples -----------------------------------------------------------------------------------
@@ -353,7 +234,7 @@ local function run_lines(t, folder, page, language, program)
 end
 
 for _, page in ipairs(WITH_LUA) do
-  suite:test("every Lua block runs: " .. page, { limit = 60 }, function(t)
+  suite:test("every Lua block runs: " .. page, function(t)
     local folder, list = t:folder(), blocks(page, "lua")
     t:ok(#list > 0)
     for k, block in ipairs(list) do
@@ -371,7 +252,7 @@ for _, page in ipairs(WITH_LUA) do
   end)
 end
 
-suite:test("every command line runs", { limit = 60 }, function(t)
+suite:test("every command line runs", function(t)
   local folder, count = t:folder(), 0
   for _, page in ipairs(READMES) do
     -- the experiments of the page
@@ -384,7 +265,7 @@ suite:test("every command line runs", { limit = 60 }, function(t)
   t:ok(count > 0)
 end)
 
-suite:test("the Python of the tutorial reads a run folder", { limit = 60 }, function(t)
+suite:test("the Python of the tutorial reads a run folder", function(t)
   local page, folder = "scripts/README.md", t:folder()
   for _, block in ipairs(blocks(page, "lua")) do
     if block.text:find 'name = "patient"' then write(folder .. "/patient.lua", block.text) end
@@ -393,7 +274,7 @@ suite:test("the Python of the tutorial reads a run folder", { limit = 60 }, func
   conversion.python(t, folder, { "numpy", "pandas" }, blocks(page, "python")[1].text)
 end)
 
-suite:test("the client example of llm/README.md runs", { limit = 60 }, function(t)
+suite:test("the client example of llm/README.md runs", function(t)
   local page = "scripts/lib/supervise/llm/README.md"
   local client, folder, server = blocks(page, "lua"), t:folder(), faulty_server.open(t)
   t:equal(#client, 1)
@@ -403,12 +284,9 @@ suite:test("the client example of llm/README.md runs", { limit = 60 }, function(
   t:ok(done.stdout:find("\n1\thttp://127.0.0.1:", 1, true), done.stdout)
 end)
 
-suite:test("the commands of CONVERT.md run", { limit = 60 }, function(t)
+suite:test("the commands of CONVERT.md run", function(t)
   local folder = t:folder()
-  write(folder .. "/walk.lua", [[
-return require("limax").experiment { name = "walk", fitness = "walk", lattice = { 3, 3, 3 },
-  population = 6, generations = 2, repetitions = 1, simulation = { duration = 0.4, settle = 0.1 } }
-]])
+  evolution.script(folder .. "/walk.lua")
   completes(t, folder, { "run", "walk.lua", "-q", "--out", "runs/walk-1" })
   completes(t, folder, { "convert", "runs/walk-1", "walker.vxa" })
   t:ok(run_lines(t, folder, "scripts/CONVERT.md", "text", "limax") >= 3)
@@ -446,5 +324,3 @@ suite:test("every file that a page names exists", function(t)
     end
   end
 end)
-
-return suite

@@ -9,7 +9,7 @@ local suite = require("limax.test").suite "limax new"
 
 local function limax(folder, ...) return process.ends(folder, { ... }) end
 
-suite:test("an experiment that runs", { limit = 60 }, function(t)
+suite:test("an experiment that runs", function(t)
   local folder = t:folder()
   local done = limax(folder, "new", "my_walk")
   t:equal({ done.status, done.stderr }, { 0, "" })
@@ -23,7 +23,7 @@ suite:test("an experiment that runs", { limit = 60 }, function(t)
   t:equal(reader.read(folder .. "/runs/my_walk-1").journal:state(), "done")
 end)
 
-suite:test("a suite that passes once its goldens are recorded", { limit = 60 }, function(t)
+suite:test("a suite that passes once its goldens are recorded", function(t)
   local folder = t:folder()
   t:ok(host.file.mkdir(folder .. "/tests"))
   local done = limax(folder, "new", "tests/steps.lua", "--suite")
@@ -51,5 +51,3 @@ suite:test("existing files and invalid names are refused", function(t)
   refused("there is no folder nowhere/", "nowhere/walk")
   refused("needs NAME")
 end)
-
-return suite

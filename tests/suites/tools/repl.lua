@@ -1,7 +1,11 @@
---- repl.lua: `limax repl` without a terminal: piped text, -e, -l, -i, files.
+--- repl.lua: `limax repl` without a terminal: piped text, -e, -l, -i, files, followed scripts; how
+--- values are shown.
 
+local array_text = require "limax.tools.repl.array_text"
 local host = require "limax.host"
 local process = require "support.process"
+local show = require "limax.tools.repl.show"
+local tokens = require "limax.tools.repl.tokens"
 
 local suite = require("limax.test").suite "repl"
 
@@ -83,7 +87,7 @@ suite:test("-e runs a line, -l loads a module, names of a file remain", function
   t:equal(run(folder, "", "1\n"), "1\nstatus 0\n")
 end)
 
-suite:test("the prompt in README runs", { limit = 60 }, function(t)
+suite:test("the prompt in README runs", function(t)
   local folder, lines, inside = t:folder(), {}, false
   for line_of_page in process.read(host.home .. "/README.md"):gmatch "[^\n]*" do
     if line_of_page:match "^## " then inside = line_of_page == "## The prompt" end
@@ -94,4 +98,69 @@ suite:test("the prompt in README runs", { limit = 60 }, function(t)
   t:ok(output:match "status 0\n$", output)
   t:ok(output:match "generation 4: best", output)
   t:ok(process.read(folder .. "/picture-1.svg"):match "<svg", "a picture was drawn")
+end)
+
+suite:test("a followed script runs again after a change and keeps its table", function(t)
+  local folder = t:folder()
+  process.write(folder .. "/mine.lua",
+    "local top = 1\nreturn { answer = 1, gone = true, ask = function() return 1 end }\n")
+  local output = run(folder, "", [[
+function save(text) local f = io.open("mine.lua", "w") f:write(text) f:close() end
+m = follow "mine.lua"
+held = m
+save "local top = 2; return { answer = 2 }"
+held.answer, held.gone, top
+save "local top = = 3"
+held.answer, top
+save "local top = 4; return { answer = 4 }"
+held.answer, top, m == held
+follow "none.lua"
+]]):gsub("[^\n ]*/mine.lua", "mine.lua")
+  t:equal(output, [[
+reloaded: mine.lua
+2	nil	2
+mine.lua:1: unexpected symbol near '='
+  1 | local top = = 3
+2	2
+reloaded: mine.lua
+4	4	true
+there is no file none.lua
+  input:10: in main chunk
+status 1
+]])
+end)
+
+-- ---- texts and values ---------------------------------------------------------------------------
+
+suite:test("a top-level local becomes an assignment, without moving text", function(t)
+  local function kept(text) return (tokens.keep_locals(text)) end
+  t:equal(kept "local x = 1", "      x = 1")
+  t:equal(kept "local x", "      x = nil;")
+  t:equal(kept "local x, y local z = 1", "      x, y = nil;       z = 1")
+  t:equal(kept "local function f() local a = 1 end", "      function f() local a = 1 end")
+  for _, text in ipairs { "do local x = 1 end", "for i = 1, 2 do local x = i end",
+    "while f() do local x end", "repeat local x = 1 until x", "if a then local x = 1 end",
+    "f(function() local x = 1 end)", "x = 'local y'", "-- local y", "x = [[\nlocal y]]" } do
+    t:equal(kept(text), text)
+  end
+  -- after a block it is top-level again
+  t:equal(kept "if a then b() end local x = 1", "if a then b() end       x = 1")
+  t:equal(select(2, tokens.keep_locals "local a, b = 1\nlocal function c() end"), { "a", "b", "c" })
+end)
+
+suite:test("values are truncated and summarised", function(t)
+  local style = { color = false, ascii = true, width = 60 }
+  local function shown(value) return show.value(value, style) end
+  local many = {}
+  for i = 1, 40 do many[i] = "entry" end
+  t:ok(shown(many):find("... 16 more", 1, true), shown(many))
+  t:equal(shown { a = true, [5] = "x", ["with blank"] = 1 },
+    '{ [5] = "x", a = true, ["with blank"] = 1 }')
+  local lattice = {}
+  for x = 1, 4 do lattice[x] = { x, 2 * x, 0 / 0, -x } end
+  t:equal(array_text.shape(lattice), { 4, 4 })
+  t:equal(shown(lattice), "numbers [4][4]: min -4, mean 1.66667, max 8, NaN 4")
+  t:equal(array_text.shape { 1, { 2 } }, nil)
+  t:equal(array_text.shape { { 1, 2 }, { 3 } }, nil)
+  t:equal(shown(("x"):rep(30)), '"' .. ("x"):rep(30) .. '"')
 end)

@@ -53,45 +53,31 @@ suite:test("Ctrl-C returns to the prompt and keeps names", function(t)
   end
 end)
 
-suite:test("after Ctrl-C a simulation can continue", function(t)
-  local done = typed.run(t, { prompt, line 'robot = limax.robot { voxels = "ecs\\nece" }',
-    line "walk = robot:begin { duration = 1e5 }", line "walk:step(10);",
-    -- takes minutes
-    endless("walk:finish()", "begun"), stop(2), line "before = walk.steps",
-    line "before > 10", line "walk:step(5).steps - before", line "walk.status", leave })
-  local screen = done.steps[6].lines
-  t:equal(screen[#screen - 1], "begun^Cinterrupted")
-  t:equal(done.steps[8].lines[2], "true")
-  t:equal(done.steps[9].lines[2], "5")
-  t:equal(done.steps[10].lines[2], '"running"')
-end)
-
-suite:test("a run that Ctrl-C interrupted continues to the same result", function(t)
-  local fields = "f = { fitness = 'walk', lattice = { 4, 4, 4 }, population = 24, repetitions = 1,"
-    .. " simulation = { duration = 3 } }"
-  local same = "b.history[%d].best == a.history[%d].best and "
-    .. "b.history[%d].evaluations == a.history[%d].evaluations"
-  local done = typed.run(t, { prompt, line(fields), line "a = evolve(f, 2);",
-    -- generations take half a second
-    endless("b = evolve(f, 100)", "begun"), stop(1), line "b = _",
-    line "while #b.history < 2 do evolve(b, 1) end", line((same:gsub("%%d", "1"))),
-    line((same:gsub("%%d", "2"))), leave })
-  local screen = done.steps[5].lines
-  local summary = screen[#screen - 2]
-  t:ok(summary:find "^the run so far is _ %(generations: %d+%); evolve%(_%) continues it$", summary)
-  t:equal(screen[#screen - 1], "interrupted")
-  t:equal(done.steps[8].lines[2], "true")
-  t:equal(done.steps[9].lines[2], "true")
+suite:test("a changed script runs at the idle prompt, and the typed line remains", function(t)
+  if not host.line_editor then t:skip "built without libedit" end
+  local folder = t:folder()
+  process.write(folder .. "/mine.lua", "top = 1\n")
+  local half = "> top + to"
+  local function change(text, ends)
+    return { keys = "", file = "mine.lua", text = text, ends = ends, breaks = true }
+  end
+  local done = typed.run(t, { prompt, line 'follow "mine.lua"', { keys = "top + to", ends = half },
+    change("top = 21 print 'hello'\n", half), { keys = "p\n", ends = ">", breaks = true },
+    -- Ctrl-C stops an endless one
+    change("io.write 'loop' io.stdout:flush() while true do end\n", "loop"),
+    stop(), line "top", leave }, { folder = folder })
+  t:equal(done.steps[4].lines[2], "hello")
+  t:ok(done.steps[4].lines[3]:match "^reloaded: ")
+  t:equal(done.steps[5].lines[2], "42")
+  t:equal(done.steps[8].lines[2], "21")
 end)
 
 suite:test("the terminal is restored at the end", function(t)
   local half = { keys = "half a li", ends = "> half a li" }
   local done = typed.run(t, { prompt, half, { keys = "", signal = 15 } })
-  t:equal(done.status, -15)
-  t:equal(done.echo, true)
+  t:equal({ done.status, done.echo }, { -15, true })
   done = typed.run(t, { prompt, leave })
-  t:equal(done.status, 0)
-  t:equal(done.echo, true)
+  t:equal({ done.status, done.echo }, { 0, true })
 end)
 
 suite:test("history keeps whole statements, readable only by the user", function(t)
@@ -111,36 +97,18 @@ suite:test("history keeps whole statements, readable only by the user", function
   t:equal(second.steps[3].lines, { "> for i = 1, 2 do", "end" })
 end)
 
-suite:test("Tab completes and lists candidates at the terminal", function(t)
-  local folder = t:folder()
-  process.write(folder .. "/champion.json", "{}")
-  local function tab(text, result) return { keys = text .. "\t", ends = "> " .. result } end
-  local clear = { keys = "\21", ends = ">" } -- Ctrl-U
-  local done = typed.run(t, { prompt, tab("lim", "limax"), tab(".exp", "limax.experiment"), clear,
-    tab('limax.robot "cham', 'limax.robot "champion.json'), clear,
-    { keys = "limax.scenes.s\t", ends = "> limax.scenes.s" },
-    { keys = "\t", ends = "> limax.scenes.s", breaks = true }, clear, leave }, { folder = folder })
-  t:equal(done.steps[8].lines[2], "slope stairs")
-end)
-
 suite:test("completions", function(t)
   local environment = names.environment
   environment.walker = require("limax").robot { voxels = "ecs" }
   environment.mine = setmetatable({ first = 1, act = function() end },
     { __index = { inherited = 2, deed = function() end } })
   local function found(text) return table.concat((complete.words(text)), " ") end
-  t:equal(found "wal", "walker")
   environment.several = { { walker = environment.walker } }
-  t:equal(found "several[1].walker:ed", "edit")
-  t:equal(found "several[wal", "walker")
-  t:equal(found "mine.", "act deed first inherited")
-  t:equal(found "mine:", "act deed")
-  t:equal(found "walker:", "begin edit modes replay save simulate table")
-  t:equal(found "walker.bo", "body")
-  t:equal(found "?undersamp", "undersampled")
-  t:equal(found "?limax.robo", "robot")
-  t:equal(found "string.for", "format")
-  t:equal(found "'text .. wal", "")
-  t:equal(found "nothing.at.", "")
-  t:equal(found "a..wal", "")
+  for text, expected in pairs { wal = "walker", ["several[1].walker:ed"] = "edit",
+    ["several[wal"] = "walker", ["mine."] = "act deed first inherited", ["mine:"] = "act deed",
+    ["walker:"] = "begin edit modes replay save simulate table", ["walker.bo"] = "body",
+    ["?undersamp"] = "undersampled", ["?limax.robo"] = "robot", ["string.for"] = "format",
+    ["'text .. wal"] = "", ["nothing.at."] = "", ["a..wal"] = "" } do
+    t:equal({ text, found(text) }, { text, expected })
+  end
 end)

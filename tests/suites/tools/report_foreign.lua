@@ -6,12 +6,10 @@ local evolution = require "support.evolution"
 local failure = require "limax.base.failure"
 local forged = require "support.forged"
 local host = require "limax.host"
-local inline = require "limax.draw.chart.inline"
 local page = require "limax.tools.report.page"
 local process = require "support.process"
 local runs = require "limax.tools.report.runs"
 local source = require "limax.base.source"
-local study_file = require "limax.run.study_file"
 
 local suite = require("limax.test").suite "report_foreign"
 
@@ -19,13 +17,6 @@ local function run(folder, fields)
   fields = fields or {}
   fields.supervisor = "random"
   return evolution.run(folder, fields)
-end
-
--- Changes the object of a JSON file.
-local function rewrite(path, change)
-  local value = host.json.decode(source.read(path))
-  change(value)
-  assert(host.file.write_atomic(path, host.json.encode(value)))
 end
 
 -- A field of a file set to something else, or taken away where `value` is nil.
@@ -53,7 +44,7 @@ local DAMAGE = {
   { "config.json", "fitness", { 1 }, ": fitness: expected a name, or a table with" },
 }
 
-suite:test("a damaged field ends a command with file, line and field", { limit = 60 }, function(t)
+suite:test("a damaged field ends a command with file, line and field", function(t)
   local base = t:folder()
   run(base .. "/whole")
   for k, damage in ipairs(DAMAGE) do
@@ -76,7 +67,7 @@ suite:test("a damaged field ends a command with file, line and field", { limit =
   t:ok(not done.stdout:find("attempt", 1, true), done.stdout)
 end)
 
-suite:test("a damaged run is listed as damaged, with the reason", { limit = 20 }, function(t)
+suite:test("a damaged run is listed as damaged, with the reason", function(t)
   local base = t:folder()
   run(base .. "/good")
   run(base .. "/spoiled")
@@ -95,7 +86,7 @@ suite:test("a damaged run is listed as damaged, with the reason", { limit = 20 }
   t:ok(done.stdout:find "/spoiled is damaged" and done.stdout:find "/good: 3", done.stdout)
 end)
 
-suite:test("no control character reaches a terminal", { limit = 60 }, function(t)
+suite:test("no control character reaches a terminal", function(t)
   local base = t:folder()
   local folder = run(base .. "/r\27[2J\n<b>'\"&")
   forged.object(folder, "config.json", setter("name", "a\27[2Jb\194\155c\nd"))
@@ -114,13 +105,10 @@ suite:test("no control character reaches a terminal", { limit = 60 }, function(t
   clean(0, "list", base)
   clean(0, "report", folder, "--no-robots", "--out", "x.html")
   t:ok(not source.read(base .. "/x.html"):find("<b>", 1, true))
-  rewrite(folder .. "/r01/champions/g0002.json", setter("key\27[2J", 1))
+  forged.object(folder, "r01/champions/g0002.json", setter("key\27[2J", 1))
   clean(1, "picture", folder, "--out", "x.svg")
-  process.write(base .. "/own.lua", [=[
-return require("limax").experiment { name = "own", lattice = { 2, 2, 2 }, population = 20,
-  generations = 2, repetitions = 1, simulation = { duration = 0.1, settle = 0 },
-  fitness = function(robot) if robot.id == 30 then error "\27]0;x\7" end return 7 end }
-]=])
+  evolution.script(base .. "/own.lua", [=[population = 20,
+    fitness = function(robot) if robot.id == 30 then error "\27]0;x\7" end return 7 end]=])
   clean(0, "run", "own.lua", "--out", "own\27c")
 end)
 
@@ -135,41 +123,7 @@ suite:test("a name that a spreadsheet would take for a formula is text in CSV", 
   t:equal(csv.encode({ "a", "b" }, { { a = -1, b = "-1.5" } }), "a,b\n-1,-1.5\n")
 end)
 
-suite:test("runs with different fitnesses are reported as such", { limit = 20 }, function(t)
-  local base = t:folder()
-  run(base .. "/way", { fitness = "distance" })
-  run(base .. "/speed", { fitness = "speed" })
-  local text = page.text(runs.read_all { base .. "/way", base .. "/speed" }, { robots = false })
-  t:ok(text:find("fitness (each its own unit; of several kinds)", 1, true), "the axis")
-  t:ok(text:find("which cannot be compared", 1, true), "in words")
-  t:ok(text:find("Each run is an arm of its own", 1, true), "no arms")
-end)
-
-suite:test("a study in progress is reported", { limit = 20 }, function(t)
-  local base = t:folder()
-  run(base .. "/a")
-  study_file.write(base, { runs = { { path = "a", arm = "first", tuning_evaluations = 5 },
-    { path = "b", arm = "second" } } })
-  local folders = runs.read_all { base .. "/" }
-  t:equal(#folders, 1)
-  t:equal({ folders[1].runs[1].arm, folders[1].runs[1].before }, { "first", 5 })
-  study_file.write(base, { runs = { 3 } })
-  t:raises("study.json: runs[1]: expected a table, got 3", function() runs.read_all { base } end)
-end)
-
-suite:test("a curve of thousands of generations is whole, its table is not", function(t)
-  local points = {}
-  for k = 1, 5000 do points[k] = { k - 1, k / 7 } end
-  local drawn = inline.draw({ title = "", x = { label = "generation", linear = true },
-    y = { label = "fitness", linear = true },
-    curves = { { name = "best", points = points, color = "#000000" } } }, "")
-  t:equal({ #drawn.rows, drawn.left_out, #drawn.data.curves[1].points }, { 501, 4499, 501 })
-  -- the last is kept
-  t:equal(drawn.data.curves[1].points[501], { 4999, 5000 / 7 })
-  t:equal(select(2, drawn.svg:match('<polyline points="([^"]*)"'):gsub(",", "")), 5000)
-end)
-
-suite:test("a file that cannot be written is reported", { limit = 20 }, function(t)
+suite:test("a file that cannot be written is reported", function(t)
   local base = t:folder()
   run(base .. "/r")
   assert(host.file.mkdir(base .. "/r/r01.html"))
@@ -183,5 +137,3 @@ suite:test("a file that cannot be written is reported", { limit = 20 }, function
   assert(os.remove(base .. "/r/r01/champions/g0002.json"))
   process.fails(t, base, 1, { "picture", "r", "--out", "x.png" }, "g0002.json: No such file")
 end)
-
-return suite

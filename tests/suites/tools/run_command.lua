@@ -1,10 +1,11 @@
---- run_command.lua: the output of `limax run`: warnings also with -q, failures by reason, and the
---- colours of the stream that it writes to.
+--- run_command.lua: the output of `limax run`, with -q, after failures and without streams; and of
+--- `limax watch`.
 
 local evolution = require "support.evolution"
 local host = require "limax.host"
 local process = require "support.process"
-local tally = require "limax.tools.console.tally"
+local reader = require "limax.run.reader"
+local trial = require "support.trial"
 
 local suite = require("limax.test").suite "limax run"
 
@@ -22,7 +23,7 @@ return limax.experiment {
 
 local function run(t, ...)
   local folder = t:folder()
-  assert(host.file.write_atomic(folder .. "/try.lua", EXPERIMENT))
+  process.write(folder .. "/try.lua", EXPERIMENT)
   local done = process.completes(t, folder, { "run", "try.lua", "--out", "r", ... })
   return done, folder
 end
@@ -44,7 +45,7 @@ end)
 suite:test("progress is not written into data files where standard streams are closed", function(t)
   local _, expected = run(t, "--set", "supervisor=rules")
   local folder = t:folder()
-  assert(host.file.write_atomic(folder .. "/try.lua", EXPERIMENT))
+  process.write(folder .. "/try.lua", EXPERIMENT)
   process.completes(t, folder, { "run", "try.lua", "--out", "r", "--set", "supervisor=rules" },
     { before = "exec <&- >&- 2>&-;" })
   evolution.same_files(t, folder .. "/r", expected .. "/r", { "r01/metrics.jsonl",
@@ -64,29 +65,27 @@ suite:test("the champion is the best of all generations where survival forgets i
   t:ok(done.stdout:find(("champions/g%04d.json"):format(generation), 1, true), done.stdout)
 end)
 
-suite:test("a supervisor that always fails is in summary, metrics, compare and report",
-  { limit = 60 }, function(t)
-    local folder = t:folder()
-    local failing = EXPERIMENT:gsub('supervisor = "fixed"',
-      'supervisor = function() error "no idea" end'):gsub("fitness = .*", 'fitness = "walk" }')
-    assert(host.file.write_atomic(folder .. "/mine.lua", failing))
-    local done = process.completes(t, folder, { "run", "mine.lua", "--out", "r" })
-    local loud = "FAILED IN EVERY GENERATION (2 of 2)"
-    t:ok(done.stdout:find(loud, 1, true), done.stdout)
-    t:ok(done.stderr:find(loud, 1, true), done.stderr)
-    local text = process.read(folder .. "/r/r01/metrics.jsonl")
-    local _, count = text:gsub('"supervisor_failed":true', "")
-    t:equal(count, 2)
-    process.completes(t, folder, { "run", "mine.lua", "-q", "--out", "b", "--set",
-      "supervisor=fixed" })
-    done = process.completes(t, folder, { "compare", "b", "r" })
-    t:ok(done.stdout:find("mine.lua: THE SUPERVISOR " .. loud, 1, true), done.stdout)
-    t:ok(done.stdout:find("no claim: the supervisor of mine.lua failed", 1, true), done.stdout)
-    process.completes(t, folder, { "report", "r", "--no-robots" })
-    t:ok(process.read(folder .. "/r/report.html"):find(loud, 1, true))
-  end)
+suite:test("a supervisor that always fails is in summary, metrics, compare and report", function(t)
+  local folder = t:folder()
+  local failing = EXPERIMENT:gsub('supervisor = "fixed"',
+    'supervisor = function() error "no idea" end'):gsub("fitness = .*", 'fitness = "walk" }')
+  process.write(folder .. "/mine.lua", failing)
+  local done = process.completes(t, folder, { "run", "mine.lua", "--out", "r" })
+  local loud = "FAILED IN EVERY GENERATION (2 of 2)"
+  trial.contains(t, done.stdout, loud)
+  trial.contains(t, done.stderr, loud)
+  local text = process.read(folder .. "/r/r01/metrics.jsonl")
+  t:equal(select(2, text:gsub('"supervisor_failed":true', "")), 2)
+  process.completes(t, folder, { "run", "mine.lua", "-q", "--out", "b", "--set",
+    "supervisor=fixed" })
+  done = process.completes(t, folder, { "compare", "b", "r" })
+  trial.contains(t, done.stdout, "mine.lua: THE SUPERVISOR " .. loud,
+    "no claim: the supervisor of mine.lua failed")
+  process.completes(t, folder, { "report", "r", "--no-robots" })
+  t:ok(process.read(folder .. "/r/report.html"):find(loud, 1, true))
+end)
 
-suite:test("resuming a finished run prints the command that extends it", { limit = 60 }, function(t)
+suite:test("resuming a finished run prints the command that extends it", function(t)
   local _, folder = run(t, "-q")
   local done = process.completes(t, folder, { "run", "--resume", "r" })
   t:ok(done.stderr:find("is finished", 1, true), done.stderr)
@@ -96,20 +95,45 @@ suite:test("resuming a finished run prints the command that extends it", { limit
   t:equal(select(2, process.read(folder .. "/r/r01/metrics.jsonl"):gsub("\n", "")), 6)
 end)
 
-suite:test("the text of a tally", function(t)
-  local total = tally.new()
-  local function last() return total:text():match "([^\n]*)\n$" end
-  total:add { evaluations = 10, failed = { invalid = 0, diverged = 0, fitness = 0 } }
-  t:equal(last(), "None of 10 robots failed.")
-  total:add_warning "robot 2 of generation 0 gets no score: the fitness returned nan"
-  total:add_warning "robot 3 of generation 0 gets no score: the fitness returned inf"
-  total:add { evaluations = 10, failed = { invalid = 1, diverged = 0, fitness = 2 } }
-  t:equal(last(), "3 of 20 robots failed: 2 by fitness (first: the fitness returned nan), "
-    .. "1 invalid.")
-  total:add_times { simulate = 6, fitness = 3, breed = 0.5, write = 0.5 }
-  t:equal(total:time_text { fitness = { ["function"] = { file = "mine.lua", first_line = 12 } },
-    selection = "rank" }, "Time 10 s: 60 % simulation, 30 % fitness (mine.lua:12), "
-    .. "5 % selection and breeding.\n")
+-- ---- watch --------------------------------------------------------------------------------------
+
+-- The hashes of all files of a folder.
+local function hashes(folder)
+  local pipe = io.popen(("cd %s && find . -type f -exec sha256sum {} + | sort"):format(
+    process.quote(folder)))
+  local text = pipe:read "*a"
+  pipe:close()
+  return text
+end
+
+suite:test("curves and the best are printed, and no file is changed", function(t)
+  local base = t:folder()
+  evolution.script(base .. "/twice.lua", "repetitions = 2")
+  process.completes(t, base, { "run", "twice.lua", "-q", "--out", "r" })
+  local before = hashes(base .. "/r")
+  -- as the run itself locks it
+  local lock = assert(host.file.lock(base .. "/r/journal.jsonl"))
+  local done = process.ends(base, { "watch", "r" }, { before = "export TERM=dumb;" })
+  lock:free()
+  t:ok(done.status == 0, done.stderr)
+  t:equal(hashes(base .. "/r"), before)
+  local best = -math.huge
+  for repetition = 1, 2 do
+    best = math.max(best, reader.read(base .. "/r"):lines("metrics", repetition)[3].best)
+  end
+  trial.contains(t, done.stdout, "running   generation 6 of 6", ("best %.4g"):format(best),
+    "fitness (m), the median of 2 repetitions", "** best   oo mean", "lowest layer first")
+  t:ok(not done.stdout:find "[\128-\255\27]", "ASCII where the terminal is dumb")
 end)
 
-return suite
+suite:test("a run without a generation, and a folder that is not a run", function(t)
+  local base = t:folder()
+  evolution.run(base .. "/r")
+  local path = base .. "/r/journal.jsonl"
+  process.write(path, process.read(path):match "^[^\n]*\n")
+  local done = process.ends(base, { "watch", "r" })
+  t:equal(done.status, 0)
+  t:ok(done.stdout:find("no generation has been scored yet", 1, true), done.stdout)
+  process.fails(t, base, 1, { "report", "r" }, "nothing to report")
+  process.fails(t, base, 2, { "watch", "nothing" }, "nothing is not a run folder")
+end)

@@ -3,9 +3,9 @@
 
 local compare = require "limax.tools.test.compare"
 local engine = require "limax.engine"
+local evolution = require "support.evolution"
 local host = require "limax.host"
 local shell = require "limax.base.shell"
-local suggest = require "limax.engine.suggest"
 local test = require "limax.test"
 local trials = require "support.trial"
 
@@ -87,7 +87,7 @@ printing:test("suites that do not load, and misuse at its line", function(t)
   t:ok(not output:find("runner.lua", 1, true), output)
 end)
 
-printing:test("lines of JSON, and a JSON text sequence mixed with what tests print", function(t)
+printing:test("a JSON text sequence is mixed with what tests print", function(t)
   local path = trial(t, [[
 suite:test("fails", { limit = 5 }, function(t) t:note "n"; t:ok(false, "no luck") end)
 suite:test("waits", function(t) io.write "half a line"; t:skip "not today" end)
@@ -100,21 +100,13 @@ suite:test("waits", function(t) io.write "half a line"; t:skip "not today" end)
     { event = "test", suite = "trial", test = "waits", status = "skipped", text = "not today",
       notes = {} },
     { event = "end", passed = 0, failed = 1, skipped = 1 } }
-  local function events_of(text, pattern)
-    local events = {}
-    for line in text:gmatch(pattern) do
-      local event = assert(host.json.decode(line, "a line"), line)
-      event.seconds = nil
-      events[#events + 1] = event
-    end
-    return events
+  local output, events = limax("test", path, "--json-seq"), {}
+  for line in output:gmatch "\30([^\n]*)\n" do
+    local event = assert(host.json.decode(line, "a line"), line)
+    event.seconds = nil
+    events[#events + 1] = event
   end
-  -- standard output contains only the events
-  local pipe = io.popen(("'%s' test '%s' --json 2>/dev/null"):format(host.executable, path))
-  t:equal(events_of(pipe:read "*a", "[^\n]+"), expected)
-  pipe:close()
-  local output = limax("test", path, "--json-seq")
-  t:equal(events_of(output, "\30([^\n]*)\n"), expected)
+  t:equal(events, expected)
   t:equal((output:gsub("\30([^\n]*)\n", "")), "half a line")
 end)
 
@@ -141,21 +133,6 @@ suite:test("long", { tags = "full" }, function(t) t:ok(true) end)
     { "0 passed, 0 failed, 0 skipped\nlimax: no test was chosen\n", 1 })
 end)
 
-printing:test("refuses options that it cannot follow", function(t)
-  local folder = t:folder()
-  for _, bad in ipairs {
-    { "there is no file or folder /nowhere", "/nowhere" }, { "holds no .lua file", folder },
-    { "unknown option --tap", "--tap" }, { "is not a Lua pattern", "--filter=(" },
-    { "--jobs: expected a whole number from 1 to 1024, got 0", "--jobs=0" },
-    { "--json and --json-seq exclude each other", "--json", "--json-seq" },
-    { "--reason goes with --update-golden", "--reason=why" },
-  } do
-    local output, status = limax("test", unpack(bad, 2))
-    t:equal(status, 2)
-    contains(t, output, bad[1])
-  end
-end)
-
 -- ---- comparing ---------------------------------------------------------------------------------
 
 local comparing = test.suite "comparing"
@@ -165,8 +142,7 @@ comparing:test("near, equal and the same bits", function(t)
   for _, case in ipairs {
     { 0, 100, 100.1, 1e-3, 0 }, { 1, 100, 100.2, 1e-3, 0 }, { 1, 0, 1e-7, 1, 0 },
     { 0, 0, 1e-7, 0, 1e-6 }, { 1, nan, nan, 1, 1 }, { 0, infinity, infinity, 0, 0 },
-    { 1, infinity, 1, 1, 1 }, { 1, { 1, { 2, 3 } }, { 1, { 2, 4 } }, 0, 0 },
-    { 1, { 1, 2 }, { 1 }, 1, 1 }, { 1, { a = "x" }, { a = "y" }, 1, 1 }, { 1, 1, "1", 1, 1 },
+    { 1, infinity, 1, 1, 1 }, { 1, { 1, 2 }, { 1 }, 1, 1 }, { 1, 1, "1", 1, 1 },
   } do
     local differences = compare.near(case[2], case[3], { rtol = case[4], atol = case[5] })
     t:ok(#differences == case[1], compare.shown(case[2]) .. " " .. compare.shown(case[3]))
@@ -175,20 +151,6 @@ comparing:test("near, equal and the same bits", function(t)
   t:equal({ #compare.same_bits(0, -0), #compare.same_bits(1, 1 + 2 ^ -52) }, { 1, 1 })
   t:equal({ #compare.equal(0, -0), #compare.equal(nan, nan), #compare.equal({}, { 1 }) },
     { 0, 0, 1 })
-  t:equal(compare.text(compare.equal({ x = { 1, 2 } }, { x = { 1, 3 } })[1]),
-    ".x[2]: expected 2, got 3; difference 1, relative 0.5")
-end)
-
-comparing:test("suggestions", function(t)
-  local names = { "gravity", "ground", "friction", "damping", "actuation" }
-  for word, expected in pairs { gravty = "gravity", Grvaity = "gravity", grav = "gravity",
-    wind = false, [""] = false, [3] = false } do
-    t:equal(suggest.nearest(word, names) or false, expected)
-  end
-  t:equal({ suggest.nearest("x", {}), suggest.nearest("ab", { "b", "a" }) }, { nil, "a" })
-  t:equal(suggest.ending("gravty", names), '; did you mean "gravity"?')
-  t:equal(suggest.ending("zzz", names),
-    "; known are: actuation, damping, friction, gravity, ground")
 end)
 
 -- ---- doctor ------------------------------------------------------------------------------------
@@ -199,28 +161,37 @@ doctor:test("describes this machine and checks that bodies fall", function(t)
   local text, status = limax("doctor", "--json")
   t:equal(status, 0)
   local facts = host.json.decode(text, "doctor")
-  t:equal({ facts.version, facts.home, facts.executable },
-    { host.version, host.home, host.executable })
-  t:equal(facts.self_check.passed, true)
+  t:equal({ facts.version, facts.home, facts.executable, facts.cuda_compiler },
+    { host.version, host.home, host.executable, host.environment().cuda_compiler })
   t:near(facts.self_check.fallen, 4.905, { rtol = 1e-4 })
   local found, device = pcall(engine.device, "cuda")
   if found then
     t:equal({ facts.cuda, facts.gpus }, { device:describe().cuda, device:describe().gpus })
-    t:equal(facts.walk_kernel.device, "cuda")
     t:ok(facts.walk_kernel.registers > 0 and facts.self_check_cuda.passed)
-    t:near(facts.self_check_cuda.fallen, 4.905, { rtol = 1e-4 })
   else
     t:ok(tostring(device):find(facts.cuda_missing, 1, true), facts.cuda_missing)
-  end
-  t:equal(facts.cuda_compiler, host.environment().cuda_compiler)
-  t:equal(facts.cuda_driver, (pcall(require("ffi").load, "libcuda.so.1")))
-  t:ok(facts.cuda_driver or facts.cuda_driver_missing:find "libcuda.so.1")
-  for _, name in ipairs { "compiler", "build", "isa", "luajit", "system", "cpu" } do
-    t:ok(facts[name] ~= nil and facts[name] ~= "", name)
   end
   text, status = limax "doctor"
   t:equal(status, 0)
   contains(t, text, "self check", found and facts.gpus[1].name or "none: " .. facts.cuda_missing,
-    facts.cuda_compiler or "no nvcc at build time",
     facts.cuda_driver and "can be opened" or "none: libcuda.so.1")
+end)
+
+doctor:test("describes what a scene runs", function(t)
+  local file = t:folder() .. "/e.lua"
+  evolution.script(file, [[lattice = { 3, 2, 2 }, simulation = { time_step = 2e-4 }, scene = {
+    gravity = true, terrain = { heights = { { 0, 0 }, { 0, 0 }, { 0, 0 } } }, friction = true,
+    planes = { { offset = -1 }, { offset = -2 } }, damping = true,
+    actuation = { frequency = 500 } } ]])
+  -- on a GPU a line about a compiled kernel comes first
+  local text = limax("doctor", "--json", "--scene", file)
+  local facts, names = host.json.decode(text:match "{.*}", "doctor"), {}
+  for i, effect in ipairs(facts.effects) do names[i] = effect.name end
+  table.sort(names)
+  t:equal(names, { "actuation", "damping", "friction", "gravity", "planes", "terrain" })
+  t:ok(facts.runs.passes or facts.runs.path)
+  contains(t, limax("doctor", "--scene", file), "planes[2]", "heights 3 x 2 m",
+    "at 500 Hz a period is 10 steps of 0.0002 s, fewer than 20")
+  t:ok(host.file.write_atomic(file, "return 1"))
+  contains(t, limax("doctor", "--scene", file), "returns no experiment")
 end)
