@@ -3,6 +3,7 @@
 
 local bodies = require "limax.tools.bench.bodies"
 local engine = require "limax.engine"
+local evolution = require "support.evolution"
 
 local device_cases = {}
 
@@ -16,31 +17,19 @@ local materials = engine.materials "paper"
 ---@field make nil|fun(lattice: integer[]): limax.population
 ---@field place nil|fun(simulation: limax.simulation)
 
-local ALL = bodies.ALL
-
-local function with(more)
-  local scene = {}
-  for _, part in ipairs { ALL, more } do
-    for name, value in pairs(part) do scene[name] = value end
-  end
-  return scene
-end
+local function with(more) return evolution.with(bodies.ALL, more) end
 
 --- Three bodies with holes.
 function device_cases.hollow(lattice)
   return bodies.population(materials, lattice, 3, { hollow = true })
 end
 
--- One body of soft tissue with voxels where `is_there(x, y, z)`, from 0.
-local function shaped(is_there)
+-- One body of soft tissue of these letters, x fastest.
+local function shaped(letters)
   return function(lattice)
     local population, voxels = engine.population { lattice = lattice, count = 1 }, {}
-    for z = 0, lattice[3] - 1 do
-      for y = 0, lattice[2] - 1 do
-        for x = 0, lattice[1] - 1 do voxels[#voxels + 1] = is_there(x, y, z) and 3 or 0 end
-      end
-    end
-    population:set_body(1, voxels)
+    for letter in letters:gmatch "[.s]" do voxels[#voxels + 1] = letter end
+    population:set_body(1, voxels, nil, materials)
     population:check(materials, { require_muscle = false })
     return population
   end
@@ -104,10 +93,10 @@ device_cases.list = {
     end },
   { name = "legs that clap", lattices = { { 4, 1, 5 } }, options = { duration = 0.08 },
     scene = function() return { damping = true, self_collision = true } end, place = clap,
-    make = shaped(function(x, _, z) return z == 0 or x == 0 or x == 3 end) },
+    make = shaped("ssss" .. ("s..s"):rep(4)) },
   { name = "a crumpled sheet", lattices = { { 6, 5, 1 } }, options = { duration = 0.01 },
     scene = function() return { damping = true, self_collision = true } end, place = crumple,
-    make = shaped(function() return true end) },
+    make = shaped(("s"):rep(30)) },
 }
 
 --- A simulation of a case that records the traces in which devices are compared.
@@ -120,12 +109,11 @@ function device_cases.begin(case, population, how, device)
   local size = {}
   for axis = 1, 3 do size[axis] = 0.1 * population.lattice[axis] end
   local scene = case.scene(size)
-  local options = { time_step = 1e-4, settle = 0.01, precision = how.precision,
-    integrator = how.integrator or "leapfrog", record = { center_of_mass = 100, position = 50,
-      velocity = 50, energy = 100, strain = 100, contact = scene.ground and 100,
-      block = scene.block and 200 } }
-  for name, value in pairs(case.options) do options[name] = value end
-  local simulation = engine.simulation(population, materials, engine.scene(scene), options, device)
+  local simulation = engine.simulation(population, materials, engine.scene(scene),
+    evolution.with({ time_step = 1e-4, settle = 0.01, precision = how.precision,
+      integrator = how.integrator or "leapfrog", record = { center_of_mass = 100, position = 50,
+        velocity = 50, energy = 100, strain = 100, contact = scene.ground and 100,
+        block = scene.block and 200 } }, case.options), device)
   if case.place then case.place(simulation) end
   return simulation
 end

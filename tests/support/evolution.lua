@@ -7,14 +7,21 @@ local source = require "limax.base.source"
 
 local evolution = {}
 
+--- A table with fields replaced or added.
+function evolution.with(fields, changes)
+  local all = {}
+  for _, part in ipairs { fields, changes or {} } do
+    for name, value in pairs(part) do all[name] = value end
+  end
+  return all
+end
+
 --- A small experiment, whose generations take a few hundredths of a second; `fields` replace its
 --- own.
 function evolution.small(fields)
-  local options = { fitness = "distance", lattice = { 2, 2, 2 }, population = 6, generations = 3,
-    repetitions = 1, simulation = { duration = 0.4, settle = 0.1, accuracy = "preview" },
-    supervisor = "fixed" }
-  for name, value in pairs(fields or {}) do options[name] = value end
-  return limax.experiment(options)
+  return limax.experiment(evolution.with({ fitness = "distance", lattice = { 2, 2, 2 },
+    population = 6, generations = 3, repetitions = 1, supervisor = "fixed",
+    simulation = { duration = 0.4, settle = 0.1, accuracy = "preview" } }, fields))
 end
 
 -- Fields of its own replace these.
@@ -41,13 +48,28 @@ function evolution.finished(fields, options)
   return run:finish(), run
 end
 
+--- The records of the robots of a generation that have a score.
+function evolution.scored(population)
+  local list = {}
+  for _, robot in ipairs(population) do
+    if robot.fitness then list[#list + 1] = robot.record end
+  end
+  return list
+end
+
+--- The ids of the first `count` robots of a generation, its survivors, as a set.
+function evolution.survivors(entry, count)
+  local ids = {}
+  for place = 1, count do ids[entry.population[place].id] = true end
+  return ids
+end
+
 --- A finished run of three short generations of six robots.
 ---@param fields? table of the experiment
 ---@return string folder
 function evolution.run(folder, fields)
-  local options = { simulation = { duration = 0.2, settle = 0.05, accuracy = "preview" } }
-  for name, value in pairs(fields or {}) do options[name] = value end
-  limax.start(evolution.small(options), { out = folder, say = evolution.silent }):finish()
+  evolution.finished(evolution.with({ simulation = { duration = 0.2, settle = 0.05,
+    accuracy = "preview" } }, fields), { out = folder })
   return folder
 end
 
@@ -83,25 +105,17 @@ local SAME = { "r01/metrics.jsonl", "r01/ledger.jsonl", "r01/robots/g0004.npy",
 ---@param fields table of the experiment
 ---@param more? string[] further files
 function evolution.resumes(t, fields, more)
-  local function spec(generations)
-    local all = { generations = generations }
-    for name, value in pairs(fields) do all[name] = value end
-    return evolution.small(all)
+  local whole, broken = t:folder() .. "/whole", t:folder() .. "/broken"
+  local function run(generations, options)
+    evolution.finished(evolution.with({ generations = generations }, fields), options)
   end
-  local folder = t:folder()
-  local function check(name, options)
-    limax.start(spec(5), options):finish()
-    for _, files in ipairs { SAME, more or {} } do
-      evolution.same_files(t, name, folder .. "/whole", files)
-    end
+  run(5, { out = whole })
+  run(3, { out = broken })
+  for _, options in ipairs { {}, { from = 1 } } do
+    run(5, evolution.with({ out = broken, resume = true, changed = true }, options))
+    evolution.same_files(t, broken, whole, SAME)
+    evolution.same_files(t, broken, whole, more or {})
   end
-  local broken = folder .. "/broken"
-  limax.start(spec(5), { out = folder .. "/whole", say = evolution.silent }):finish()
-  limax.start(spec(3), { out = broken, say = evolution.silent }):finish()
-  local options = { out = broken, resume = true, changed = true, say = evolution.silent }
-  check(broken, options)
-  options.from = 1
-  check(broken, options)
 end
 
 return evolution

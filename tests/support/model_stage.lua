@@ -14,15 +14,13 @@ model_stage.MESSAGES = { { role = "user", content = "Propose something as JSON."
 ---@param options table|nil
 ---@param answers table
 ---@param environment table<string, string>|nil
----@param breaker table|nil shared with other clients
----@return limax.llm.client|nil
+---@return limax.llm.client
 ---@return { requests: table[], bodies: table[], records: table[], waits: table, now: number }
----@return string|nil message
-function model_stage.new(options, answers, environment, breaker)
+function model_stage.new(options, answers, environment)
   local notes = { requests = {}, bodies = {}, records = {}, waits = {}, now = 1000 }
   environment = environment or { LIMAX_LLM_URL = "http://127.0.0.1:1", LIMAX_LLM_MODEL = "m",
     LIMAX_LLM_KEY = model_stage.KEY }
-  local made, message = client.new(options or {}, { breaker = breaker,
+  return assert(client.new(options or {}, {
     clock = function() return notes.now end,
     wait = function(seconds)
       notes.waits[#notes.waits + 1] = seconds
@@ -44,8 +42,7 @@ function model_stage.new(options, answers, environment, breaker)
       return { status = answer.status or 200, headers = answer.headers or {},
         body = type(answer.body) == "table" and host.json.encode(answer.body) or answer.body }
     end,
-  })
-  return made, notes, message
+  })), notes
 end
 
 --- A good answer with this text, its fields changed.

@@ -49,20 +49,14 @@ local function add_self_collision(world, f, x, p)
   end
 end
 
--- The forces that are neither of springs nor of contacts.
-local function other_forces(world, x, p)
+-- All forces at positions x and time t; those that depend on velocity read p.
+local function forces(world, x, p, t)
   local gravity, wind = world.scene.gravity, world.scene.wind
   local f = each(#x, function(i)
     local fall = times(world.masses[i].m, gravity and gravity.acceleration or { 0, 0, 0 })
     return wind and plus(fall, wind.drag, minus(wind.velocity, p[i])) or fall
   end)
   if world.scene.self_collision then add_self_collision(world, f, x, p) end
-  return f
-end
-
--- All forces at positions x and time t; those that depend on velocity read p.
-local function forces(world, x, p, t)
-  local f = other_forces(world, x, p)
   add_springs(world, f, x, p, t)
   for _, contact in ipairs(world.contacts) do
     for i, mass in ipairs(world.masses) do
@@ -164,39 +158,6 @@ function steps.rk4(world, state, _, t, dt)
   state.x = moved(x, dt / 6, mean(v, v2, v3, v4))
   state.u = moved(v, dt / 6, mean(a1, a2, a3, a4))
   return v
-end
-
--- The fraction of a force that is left at the end of a step.
-local function reaction(k, c, inverse, dt) return 1 / (1 + (dt * dt * k + dt * c) * inverse) end
-
--- Each spring in turn changes the velocities of its ends.
-local function sweep(world, x, w, t, dt)
-  local sine, cosine = drive(world.scene, t)
-  for _, s in ipairs(world.springs) do
-    local e, rate = minus(x[s.j], x[s.i]), minus(w[s.j], w[s.i])
-    local ahead, near, far = plus(e, dt, rate), s.from.inverse, s.to.inverse
-    local r, L = distance(ahead), s.L + s.a * sine + s.b * cosine
-    local pull = s.k * (r - L) + s.c * dot(rate, ahead) / r
-    local scale = dt * pull * reaction(s.k, s.c, near + far, dt) / distance(e)
-    w[s.i], w[s.j] = plus(w[s.i], scale * near, e), plus(w[s.j], -scale * far, e)
-  end
-end
-
-function steps.xpbd(world, state, _, t, dt)
-  local x, u = state.x, state.u
-  local w = kicked(world, u, other_forces(world, x, u), dt)
-  sweep(world, x, w, t < 0 and t or t + dt, dt)
-  add_drag(world, x, u, w, dt)
-  for _, contact in ipairs(world.contacts) do
-    for i, mass in ipairs(world.masses) do
-      local N, normal = contacts.push(contact, mass.m, x[i], w[i], dt)
-      N = N * reaction(contact.k, contact.unit_c * sqrt(mass.m), mass.inverse, dt)
-      local pressed = plus(w[i], dt * mass.inverse * N, normal)
-      w[i] = contacts.rubbed(world.scene.friction, N, normal, mass, u[i], pressed, dt)
-    end
-  end
-  state.x, state.u = moved(x, dt, w), w
-  return u
 end
 
 -- ---- a run --------------------------------------------------------------------------------------

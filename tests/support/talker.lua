@@ -1,22 +1,17 @@
 --- talker.lua: a client without a network, with the methods of limax.supervise.llm.client, which
 --- gets its answers from a function; and tiny runs with it.
 
+local evolution = require "support.evolution"
 local host = require "limax.host"
 local limax = require "limax"
 local source = require "limax.base.source"
 
 local talker = {}
 
--- An answer of a client: a text is its content, a table its fields, or a failure if it has a class.
-local function completed(answer)
-  if type(answer) == "string" then answer = { content = answer } end
-  answer.attempts, answer.seconds = answer.attempts or 1, answer.seconds or 0
-  return answer
-end
-
---- Makes the `client` option of an experiment. `answer(messages, n, request)` gets the number of
---- the request in its repetition, also after a resume.
----@param answer fun(messages: table[], n: integer, request: table): string|table
+--- Makes the `client` option of an experiment. `answer(messages, n)` gets the number of the
+--- request in its repetition, also after a resume. Its result is a text, the answer's content, or a
+--- table of the answer's fields, a failure if it has a class.
+---@param answer fun(messages: table[], n: integer): string|table
 ---@return fun(options: table, context: table): table
 function talker.new(answer)
   return function(_, context)
@@ -27,9 +22,11 @@ function talker.new(answer)
     end
     function client:state() return { asked = asked } end
     function client:restore(state) asked = state.asked end
-    function client:ask(messages, request)
+    function client:ask(messages)
       asked = asked + 1
-      local result = completed(answer(messages, asked, request))
+      local result = answer(messages, asked)
+      if type(result) == "string" then result = { content = result } end
+      result.attempts, result.seconds = 1, 0
       local body = host.json.encode { model = "talker", messages = messages }
       context.record { time = host.time(), ms = 0, request = body,
         request_sha256 = host.sha256(body), http_status = 200, raw_body = result.content or "" }
@@ -43,17 +40,15 @@ end
 --- A tiny experiment with this supervisor.
 ---@param changes? table fields that replace its own
 function talker.experiment(supervisor, changes)
-  local fields = { name = "tiny", lattice = { 2, 2, 2 }, population = 4, generations = 4,
-    repetitions = 1, simulation = { duration = 0.06, settle = 0, accuracy = "preview" },
-    fitness = "distance", supervisor = supervisor }
-  for name, value in pairs(changes or {}) do fields[name] = value end
-  return limax.experiment(fields)
+  return limax.experiment(evolution.with({ name = "tiny", lattice = { 2, 2, 2 }, population = 4,
+    generations = 4, repetitions = 1, fitness = "distance", supervisor = supervisor,
+    simulation = { duration = 0.06, settle = 0, accuracy = "preview" } }, changes))
 end
 
 ---@class talker.done
 ---@field folder string
 ---@field ledger table[] lines; likewise metrics, timing and transcript
----@field output string messages for the user what the run printed
+---@field output string what the run printed
 
 --- Reads the files of a run.
 function talker.read(folder)
@@ -73,10 +68,8 @@ end
 ---@param options? table of `limax.start`
 function talker.run(t, supervisor, changes, options)
   local folder, printed = t:folder() .. "/run", {}
-  local start = { out = folder, device = "cpu",
-    say = function(text) printed[#printed + 1] = text end }
-  for name, value in pairs(options or {}) do start[name] = value end
-  limax.start(talker.experiment(supervisor, changes), start):finish()
+  limax.start(talker.experiment(supervisor, changes), evolution.with({ out = folder,
+    device = "cpu", say = function(text) printed[#printed + 1] = text end }, options)):finish()
   local done = talker.read(folder)
   done.output = table.concat(printed, "\n")
   return done

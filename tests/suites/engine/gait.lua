@@ -13,29 +13,21 @@ suite:fixture("walker", { shared = true }, function()
     weights = { phase = function(x) return (x - 1) / 4 end } }
 end)
 
-local DRIVE = { frequency = 1 } -- Hz
-
-local function five_seconds(t, options)
-  options.scene = options.scene or limax.scenes.land { actuation = DRIVE }
-  options.settle, options.duration, options.time_step = 0.5, 5, "auto"
-  return t:fixture("walker"):simulate(t:with(options))
-end
-
+local SCENE = limax.scenes.land { actuation = { frequency = 1 } } -- Hz
 local METHODS = { "leapfrog", "symplectic_euler" }
 
 suite:test("the first half second is the recorded one", { devices = "all",
-  integrators = { "leapfrog", "symplectic_euler" }, precisions = { "compensated", "double" } },
-  function(t)
-    local walked = t:fixture("walker"):simulate(t:with {
-      scene = limax.scenes.land { actuation = DRIVE }, settle = 0.2, duration = 0.5,
-      time_step = 5e-5, record = { center_of_mass = 20 } })
-    t:golden("half_second", { center_of_mass = walked:trace "center_of_mass" },
-      { class = "short horizon", why = "before the chaos of contact pulls the methods apart" })
-  end)
+  integrators = METHODS, precisions = { "compensated", "double" } }, function(t)
+  local walked = t:fixture("walker"):simulate(t:with { scene = SCENE, settle = 0.2,
+    duration = 0.5, time_step = 5e-5, record = { center_of_mass = 20 } })
+  t:golden("half_second", { center_of_mass = walked:trace "center_of_mass" },
+    { class = "short horizon", why = "before the chaos of contact pulls the methods apart" })
+end)
 
 suite:test("it walks against its wave under every integrator", { devices = "all",
   integrators = METHODS }, function(t)
-  local walked = five_seconds(t, { record = { center_of_mass = 50, contact = 50 } })
+  local walked = t:fixture("walker"):simulate(t:with { scene = SCENE, settle = 0.5, duration = 5,
+    time_step = "auto", record = { center_of_mass = 50, contact = 50 } })
   t:equal(walked.status, "done")
   local way = walked:displacement()
   t:note(("%.3f m along x, %.3f m along y"):format(way[1], way[2]))

@@ -7,27 +7,6 @@ local steps = require("limax.test").suite "time steps"
 
 local walker = limax.robot { voxels = "ecs\nece\n\nsbs\ncec" }
 
-local everywhere = { devices = "all" }
-
-steps:test("auto is not coarse at the speed of the start and of the drop", everywhere, function(t)
-  local function step_of(options)
-    options.settle, options.duration, options.device = 0, 0.05, t.device
-    options.record = { center_of_mass = 20 }
-    local robot = walker:simulate(options)
-    return robot.record.outcome.time_step, robot.coarse
-  end
-  local slow = step_of { time_step = "auto" }
-  local fast, coarse = step_of { time_step = "auto", velocity = { 100, 0, 0 } }
-  t:ok(slow > 1e-4)
-  t:near(fast, 1e-4, { rtol = 1e-9 })
-  -- at the limit some masses move farther; a fifth below none does
-  t:equal(coarse, true)
-  local _, finer = step_of { time_step = 8e-5, velocity = { 100, 0, 0 } }
-  t:equal(finer, false)
-  -- a tier's step is capped by a throw too
-  t:ok(step_of { velocity = { 0, 0, -100 } } <= 1e-4)
-end)
-
 steps:test("coarse robots are counted in metrics and history", function(t)
   -- 12 mm and 8 mm per step; an edge is 100 mm
   local simulation = { duration = 0.4, settle = 0, time_step = 5e-4, velocity = { 24, 0, 0 } }
@@ -39,15 +18,6 @@ steps:test("coarse robots are counted in metrics and history", function(t)
   local fine = evolution.finished { generations = 1, simulation = simulation, scene = scene }[1]
   t:equal(fine.coarse, 0)
   t:equal(fine.population[fine.champion.index].coarse, false)
-
-end)
-
-steps:test("a GPU refuses RK4 and the ledger by name", { devices = { "cuda" } }, function(t)
-  local scene = limax.scenes.air()
-  t:raises("rk4 runs on the cpu only",
-    function() walker:simulate { scene = scene, integrator = "rk4", device = t.device } end)
-  t:raises("the energy ledger exists on the cpu only",
-    function() walker:simulate { scene = scene, record = { ledger = 50 }, device = t.device } end)
 end)
 
 steps:test("settling takes whole steps, not whole samples", function(t)

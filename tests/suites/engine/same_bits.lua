@@ -84,23 +84,6 @@ for _, edge in ipairs { 5, 8 } do
       t:same_bits(results(run(population, mask), robot), one)
     end
   end)
-
-  suite:test(named "a robot that moves too far in a step is coarse", { devices = devices,
-    precisions = "all" }, function(t)
-    local thrown = begin(WALK, bodies.population(materials, lattice, 3),
-      { precision = t.precision }, t.device)
-    -- a tenth of an edge in a step of 0.1 ms is 100 m/s
-    for robot, speed in ipairs { 0, 80, 120 } do
-      local velocities = (select(2, thrown:state(robot))):table()
-      for _, v in ipairs(velocities) do v[3] = speed end
-      thrown:place(robot, nil, velocities)
-    end
-    thrown:run()
-    for robot, coarse in ipairs { false, false, true } do
-      local outcome = thrown:outcome(robot)
-      t:equal({ outcome.status, outcome.coarse }, { "done", coarse })
-    end
-  end)
 end
 
 suite:test("simulations that advance together keep their bits", { devices = "all" }, function(t)

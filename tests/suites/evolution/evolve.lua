@@ -1,17 +1,13 @@
 --- evolve.lua: the evolution loop on small robots: metrics, elites, the own loop, errors of
 --- fitness, selection and supervisor, and what history keeps.
 
-local ffi = require "ffi"
 local limax = require "limax"
 local engine = require "limax.engine"
 local fault = require "limax.engine.fault"
-local host = require "limax.host"
-local reader = require "limax.run.reader"
-local source = require "limax.base.source"
+local history_of_runs = require "limax.run.history"
 local together = require "limax.evolution.together"
 local evolution = require "support.evolution"
 
-local rows = require "limax.robot.rows"
 local suite = require("limax.test").suite "evolve"
 
 local small, finished, silent = evolution.small, evolution.finished, evolution.silent
@@ -29,9 +25,8 @@ suite:test("every generation has its metrics", function(t)
     t:equal(entry.quantiles.q50, entry.median)
     t:ok(entry.diversity.all.hamming >= 0 and entry.diversity.all.hamming <= 1)
     t:equal(entry.scored + entry.failed.invalid + entry.failed.diverged + entry.failed.fitness, 6)
-    t:equal(entry.best_standard, entry.best)
-    t:equal(entry.evaluations, k == 1 and 6 or 4)
-    t:equal(entry.parameters.mutation_rate, 0.1)
+    t:equal({ entry.best_standard, entry.evaluations, entry.parameters.mutation_rate },
+      { entry.best, k == 1 and 6 or 4, 0.1 })
     -- the best is an elite
     t:ok(k == 1 or entry.best >= history[k - 1].best)
   end
@@ -43,30 +38,11 @@ suite:test("elites are the best robots and keep their id, body and score", funct
     local before, now = history[k - 1].population, history[k].population
     for e = 1, 2 do
       local elite, old = now[e], before[before.ranked[e]]
-      t:equal(elite.origin, "elite")
-      t:equal({ elite.id, elite.fitness, elite.body.hash }, { old.id, old.fitness, old.body.hash })
-      t:equal(elite.parents, old.parents)
+      t:equal({ elite.origin, elite.id, elite.fitness, elite.body.hash, elite.parents },
+        { "elite", old.id, old.fitness, old.body.hash, old.parents })
     end
     for i = 3, #now do
-      t:equal(now[i].origin, "bred")
-      t:equal(now[i].generation, k - 1)
-      t:equal(now[i].id, (k - 1) * 6 + i)
-    end
-  end
-end)
-
-suite:test("robots read back from their array, also elites and those in trials", function(t)
-  local folder = t:folder() .. "/r"
-  local experiment = small { generations = 3, trials = { {}, { duration = 0.1 } },
-    fitness = function(robot)
-      return robot:distance(), { robot.id, robot:speed(), mass = robot:mass() }
-    end }
-  local history = limax.start(experiment, { out = folder, say = silent }):finish()
-  for k = 1, 3 do
-    local read = reader.read(folder):rows(1, k - 1)
-    for i, row in ipairs(history[k].population.rows) do
-      t:equal(rows.record(read[i]), rows.record(row))
-      t:equal({ #row.cases, row.measures.mass, #row.trials }, { 2, row.body.mass, 2 })
+      t:equal({ now[i].origin, now[i].generation, now[i].id }, { "bred", k - 1, (k - 1) * 6 + i })
     end
   end
 end)
@@ -104,14 +80,13 @@ suite:test("what an own loop leaves out is done by the experiment", function(t)
   -- also where it changes only a rate
   run = limax.start(small {}, { say = silent })
   for population in run:generations() do population:breed { mutation_rate = 0.25 } end
-  t:equal(run.history[1].parameters.mutation_rate, 0.1)
-  t:equal(run.history[2].parameters.mutation_rate, 0.25)
+  t:equal({ run.history[1].parameters.mutation_rate, run.history[2].parameters.mutation_rate },
+    { 0.1, 0.25 })
 end)
 
 suite:test("options, indices and counts that do not fit are refused", function(t)
   t:raises('evolve.lua:%d+: start.repetiton: unknown field; did you mean "repetition"?',
     function() limax.start(small {}, { repetiton = 2 }) end)
-  t:raises("start.resume: which run", function() limax.start(small {}, { resume = true }) end)
   for message, choice in pairs {
     ["make 3 robots; the population is 6"] = { elites = { 1 }, parents = { { 1, 2 }, { 3, 4 } } },
     ["elites[1] is 7; expected an index from 1 to 6"] = { elites = { 7 } },
@@ -148,21 +123,17 @@ suite:test("a fitness is called once for each robot that ended well", function(t
   t:equal(calls, 12)
 end)
 
--- message -> what a fitness returns
-local WRONG_RESULTS = {
-  ["the fitness returned nil, expected a number"] = {},
-  ['the fitness returned "far", expected a number'] = { "far" },
-  ["second result is 3, expected a table of cases"] = { 1, 3 },
-  ['measure "way" is "far", expected a number'] = { 1, { way = "far" } },
-  ['measure "my way": a name has only letters, digits and _'] = { 1, { ["my way"] = 1 } },
-  ["case 3 is beyond its 1 cases: a list has no gaps"] = { 1, { 1, [3] = 2 } },
-}
-
 suite:test("a fitness that is wrong in the first generation stops the run", function(t)
   t:raises("robot 1 of the first generation: the fitness failed: .*no robot", function()
     finished { fitness = function() error "no robot" end }
   end)
-  for message, results in pairs(WRONG_RESULTS) do
+  for message, results in pairs {
+    ["the fitness returned nil, expected a number"] = {},
+    ["second result is 3, expected a table of cases"] = { 1, 3 },
+    ['measure "way" is "far", expected a number'] = { 1, { way = "far" } },
+    ['measure "my way": a name has only letters, digits and _'] = { 1, { ["my way"] = 1 } },
+    ["case 3 is beyond its 1 cases: a list has no gaps"] = { 1, { 1, [3] = 2 } },
+  } do
     t:raises(message, function()
       finished { fitness = function() return unpack(results) end }
     end)
@@ -237,9 +208,7 @@ suite:test("changed materials: elites are simulated again, best_standard is comp
       if #history ~= 2 then return nil end
       return { materials = { ["soft tissue"] = { stiffness = 1200 }, e = { amplitude = 0.28 } } }
     end }
-  t:equal(history[2].evaluations, 4)
-  t:equal(history[3].evaluations, 6)
-  t:equal(history[4].evaluations, 4)
+  t:equal({ history[2].evaluations, history[3].evaluations, history[4].evaluations }, { 4, 6, 4 })
   t:equal(history[2].best_standard, history[2].best)
   local materials = engine.materials(history[3].materials)
   t:equal(materials:get(materials:index "soft tissue").stiffness, 1200)
@@ -249,70 +218,6 @@ suite:test("changed materials: elites are simulated again, best_standard is comp
   local again = champion:simulate { materials = history[1].materials }
   t:same_bits(again:distance(), history[3].best_standard)
   t:same_bits(champion:simulate():distance(), history[3].best)
-end)
-
-suite:test("a run folder of an own loop agrees with its history", function(t)
-  local folder = t:folder() .. "/r"
-  local history = finished({}, { out = folder })
-  local read = reader.read(folder)
-  local lines = read:lines("metrics", 1)
-  t:equal(#lines, 3)
-  for k, line in ipairs(lines) do
-    t:equal(line.schema, "limax.metrics/1")
-    for _, name in ipairs { "repetition", "generation", "best", "best_standard", "mean", "median",
-      "worst", "diversity", "failed", "parameters" } do
-      t:equal(line[name], history[k][name])
-    end
-  end
-  t:equal(read:lines("ledger", 1)[3].entries, history[3].ledger.entries)
-  local genomes = read:genomes(1, 2)
-  local genome = history[3].population[2].genome
-  local bytes = ffi.cast("const float *", genomes) + genome:size()
-  for gene = 1, genome:size() do t:same_bits(tonumber(bytes[gene - 1]), genome[gene]) end
-  -- each file names its schema
-  for _, name in ipairs { "config.json", "r01/champions/g0002.json" } do
-    t:ok(host.json.decode(source.read(folder .. "/" .. name)).schema:find "^limax%.%w+/%d$", name)
-  end
-end)
-
-suite:test("a generation begins before the last one is written, also after an error", function(t)
-  local order, real = {}, engine.begin_together
-  function engine.begin_together(...)
-    order[#order + 1] = "begins"
-    return real(...)
-  end
-  local ok, message = pcall(finished, { generations = 5, selection = function(robots)
-    if robots.generation == 2 then error "no choice" end
-    return 1, 2
-  end }, { on_generation = function(entry) order[#order + 1] = entry.generation end })
-  engine.begin_together = real
-  t:ok(not ok and tostring(message):find "no choice", message)
-  t:equal(order, { "begins", "begins", 0, "begins", 1, 2 })
-end)
-
-suite:test("a repetition has begun to be simulated whenever another is scored", function(t)
-  local begin, advance, begun, idle = engine.begin_together, engine.advance_together, {}, 0
-  function engine.begin_together(simulations, seconds)
-    for _, each in ipairs(simulations) do begun[each] = true end
-    return begin(simulations, seconds)
-  end
-  function engine.advance_together(simulations, seconds)
-    local progress = advance(simulations, seconds)
-    for k, each in ipairs(simulations) do begun[each] = not progress[k].finished or nil end
-    return progress
-  end
-  local experiment = small { generations = 3, repetitions = 2, scene = frictionless,
-    fitness = function(robot)
-      -- nothing is left to begin when the last generation is scored
-      if robot.generation < 2 and not next(begun) then idle = idle + 1 end
-      return robot:distance()
-    end }
-  together.run { repetitions = { 1, 2 }, at_once = 2, on_progress = silent,
-    begin = function(repetition)
-      return limax.start(experiment, { repetition = repetition, say = silent })
-    end }
-  engine.begin_together, engine.advance_together = begin, advance
-  t:equal(idle, 0)
 end)
 
 suite:test("a repetition waits where the memory is enough for one at a time", function(t)
@@ -364,7 +269,40 @@ suite:test("history keeps bodies and measures, and drops genomes and traces", fu
   t:equal(history[1].population[history[1].champion.index].fitness, history[1].best)
 end)
 
-suite:test("only the entries of the history grow with the generations of a run with a folder",
+-- Calls a function while only so many whole entries stay in memory.
+local function with_entries(count, call)
+  local before = history_of_runs.whole_kept
+  history_of_runs.whole_kept = count
+  local ok, message = pcall(call)
+  history_of_runs.whole_kept = before
+  if not ok then error(message, 0) end
+end
+
+suite:test("an old entry that is read from the folder has the fields of one in memory", function(t)
+  local fields = { generations = 9, supervision = { materials = true }, supervisor = "random",
+    trials = { {}, { duration = 0.1 } }, fitness = function(robot)
+      return robot:distance(), { robot.id, robot:speed(), mass = robot:mass() }
+    end }
+  local folder, expected = t:folder() .. "/r", finished(fields)
+  with_entries(4, function()
+    local written = finished(fields, { out = folder })
+    local resumed = finished(fields, { out = folder, resume = true })
+    for k, entry in ipairs(expected) do
+      for _, history in ipairs { written, resumed } do
+        t:equal(rawget(history[k], "ledger") == nil, k > 1 and k <= 5)
+        for name, value in pairs(entry) do
+          if name ~= "population" then t:equal(history[k][name], value) end
+        end
+        for i, robot in ipairs(entry.population) do
+          t:equal(history[k].population[i].record, robot.record)
+        end
+        t:equal(history[k].supervisor_failed, nil)
+      end
+    end
+  end)
+end)
+
+suite:test("memory does not grow with the generations of a run with a folder",
   function(t)
     local held, outside = {}, {}
     local function measure(entry)

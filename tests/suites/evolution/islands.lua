@@ -10,11 +10,8 @@ local finished = evolution.finished
 
 -- An experiment of three islands of four robots.
 local function three(fields, islands)
-  local spec = { population = 12, generations = 5,
-    islands = { count = 3, every = 2, migrants = 1 } }
-  for name, value in pairs(islands or {}) do spec.islands[name] = value end
-  for name, value in pairs(fields or {}) do spec[name] = value end
-  return spec
+  return evolution.with({ population = 12, generations = 5,
+    islands = evolution.with({ count = 3, every = 2, migrants = 1 }, islands) }, fields)
 end
 
 -- Ids of the robots of each island as sets, and the robots by rank.
@@ -22,15 +19,14 @@ local function of_islands(robots, count)
   local ids, ranked = {}, {}
   for k = 1, count do ids[k], ranked[k] = {}, {} end
   for _, i in ipairs(robots.ranked) do table.insert(ranked[robots[i].island], robots[i]) end
-  for i = 1, #robots do ids[robots[i].island][robots[i].id] = true end
+  for _, robot in ipairs(robots) do ids[robot.island][robot.id] = true end
   return ids, ranked
 end
 
 -- Robots of island `k` that were elsewhere before, best first.
 local function arrived(robots, k, before)
   local list = {}
-  for i = 1, #robots do
-    local robot = robots[i]
+  for _, robot in ipairs(robots) do
     if robot.island == k and robot.origin == "elite" and not before[k][robot.id] then
       list[#list + 1] = robot
     end
@@ -44,8 +40,7 @@ suite:test("offspring have parents of their island, and an exchange moves the be
     local robots = history[g].population
     local before, best = of_islands(history[g - 1].population, 3)
     local sizes = { 0, 0, 0 }
-    for i = 1, #robots do
-      local robot = robots[i]
+    for _, robot in ipairs(robots) do
       sizes[robot.island] = sizes[robot.island] + 1
       for _, parent in ipairs(robot.origin == "bred" and robot.parents or {}) do
         t:ok(before[robot.island][parent], ("the parent of robot %d is elsewhere"):format(robot.id))
@@ -72,20 +67,15 @@ suite:test("migrants come from the islands of the topology, and leave places to 
         { every = 1, migrants = 2, topology = topology }))
       for g = 2, #history do
         local before, best = of_islands(history[g - 1].population, 3)
-        local robots = history[g].population
-        for k = 1, 3 do
-          local elites, come = 0, arrived(robots, k, before)
-          for i = 1, #robots do
-            local here = robots[i].island == k and robots[i].origin == "elite"
-            elites = elites + (here and 1 or 0)
-          end
-          t:equal(elites, 3)
-          for _, robot in ipairs(come) do
-            for from = 1, 3 do
-              if best[from][1].id == robot.id then seen[topology .. (from - k) % 3] = true end
-            end
+        local elites = { 0, 0, 0 }
+        for _, robot in ipairs(history[g].population) do
+          local k = robot.island
+          if robot.origin == "elite" then elites[k] = elites[k] + 1 end
+          for from = 1, robot.origin == "elite" and not before[k][robot.id] and 3 or 0 do
+            if best[from][1].id == robot.id then seen[topology .. (from - k) % 3] = true end
           end
         end
+        t:equal(elites, { 3, 3, 3 })
       end
     end
     t:equal(seen, { complete1 = true, complete2 = true, random1 = true, random2 = true })
@@ -96,7 +86,7 @@ suite:test("functions see one island, its state and its diversity", function(t)
     state = function() return { calls = {} } end,
     survival = function(robots, _, state)
       t:equal({ #robots, #robots.ranked, robots.state == state }, { 4, 4, true })
-      for i = 1, #robots do t:equal(robots[i].island, robots.island) end
+      for _, robot in ipairs(robots) do t:equal(robot.island, robots.island) end
       t:ok(limax.diversity.distinct(robots) <= 4)
       state.calls[robots.island] = (state.calls[robots.island] or 0) + 1
       return { robots.ranked[#robots.ranked] }
@@ -109,14 +99,9 @@ suite:test("functions see one island, its state and its diversity", function(t)
   })
   for g = 2, #history do
     local _, best = of_islands(history[g - 1].population, 3)
-    local robots = history[g].population
-    for k = 1, 3 do
-      local worst = best[k][4].id
-      for i = 1, #robots do
-        if robots[i].island == k and robots[i].origin == "bred" then
-          t:equal(robots[i].parents, { worst, worst })
-        end
-      end
+    for _, robot in ipairs(history[g].population) do
+      local worst = best[robot.island][4].id
+      if robot.origin == "bred" then t:equal(robot.parents, { worst, worst }) end
     end
   end
 end)
@@ -136,11 +121,9 @@ suite:test("an island without a scored robot begins anew from all others", funct
     return robot.id <= 2 and 0 / 0 or robot:distance()
   end }, { count = 20 }))
   t:equal(history[1].islands[1], { scored = 0 })
-  local robots, before = history[2].population, of_islands(history[1].population, 20)
-  for i = 1, #robots do
-    if robots[i].island == 1 then
-      t:ok(not before[1][robots[i].parents[1]] and robots[i].origin == "bred")
-    end
+  local before = of_islands(history[1].population, 20)
+  for _, robot in ipairs(history[2].population) do
+    t:ok(robot.island ~= 1 or robot.origin == "bred" and not before[1][robot.parents[1]])
   end
 end)
 
@@ -150,14 +133,12 @@ suite:test("MAP-Elites has an archive on each island, which migrants enter", fun
   local history = finished(spec)
   local best, home = {}, {}
   for _, entry in ipairs(history) do
-    local robots = entry.population
-    for i = 1, #robots do
-      for _, parent in ipairs(robots[i].origin == "bred" and robots[i].parents or {}) do
-        t:ok(home[parent][robots[i].island], "a parent of another island")
+    for _, robot in ipairs(entry.population) do
+      for _, parent in ipairs(robot.origin == "bred" and robot.parents or {}) do
+        t:ok(home[parent][robot.island], "a parent of another island")
       end
     end
-    for i = 1, #robots do
-      local robot = robots[i]
+    for _, robot in ipairs(entry.population) do
       home[robot.id] = home[robot.id] or {}
       home[robot.id][robot.island] = true
       if robot.fitness then
@@ -180,17 +161,13 @@ suite:test("islands that cannot be are refused", function(t)
   local function refused(message, fields, islands)
     t:raises(message, function() evolution.small(three(fields, islands)) end)
   end
-  refused("islands.count: the population of 12 robots does not make 5 equal islands of at least"
-    .. " 2 robots", nil, { count = 5 })
-  refused("islands.migrants: expected at most 3, one robot less than an island has, got 4", nil,
-    { migrants = 4 })
+  refused("does not make 5 equal islands", nil, { count = 5 })
+  refused("islands.migrants: expected at most 3", nil, { migrants = 4 })
   refused('islands: with the survival "map_elites" each has its own archive "grid" or "cvt"',
     { survival = "map_elites", archive = { "novelty", descriptors = { "contact" } } })
-  local run = limax.start(evolution.small(three()), { say = evolution.silent })
   t:raises("breed: in an experiment with islands, elites and parents come from its survival",
     function()
-      local following = run:generations()
-      following():score():breed { elites = { 1 } }
-      following()
+      local run = limax.start(evolution.small(three()), { say = evolution.silent })
+      for robots in run:generations() do robots:score():breed { elites = { 1 } } end
     end)
 end)

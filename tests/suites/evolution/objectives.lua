@@ -9,16 +9,7 @@ local front = require "limax.experiment.front"
 
 local suite = require("limax.test").suite "objectives"
 
-local finished = evolution.finished
-
--- The records of the robots with a score.
-local function scored(population)
-  local list = {}
-  for i = 1, #population do
-    if population[i].fitness then list[#list + 1] = population[i].record end
-  end
-  return list
-end
+local finished, scored, survivors = evolution.finished, evolution.scored, evolution.survivors
 
 -- Distance and negative mass of records, and their ids.
 local function points_of(records)
@@ -29,6 +20,17 @@ local function points_of(records)
   return points, ids
 end
 
+-- Checks that no robot is left out of the survivors for one of a worse front.
+local function check_fronts(t, records, ranks, goes_on)
+  local worst = 0
+  for i, record in ipairs(records) do
+    worst = goes_on[record.id] and math.max(worst, ranks[i]) or worst
+  end
+  for i, record in ipairs(records) do
+    t:ok(goes_on[record.id] or ranks[i] >= worst, "a better front")
+  end
+end
+
 local OBJECTIVES = { "distance", "-mass" }
 
 suite:test("nsga2 keeps the first fronts, and metrics have the front", function(t)
@@ -36,20 +38,15 @@ suite:test("nsga2 keeps the first fronts, and metrics have the front", function(
     survival = { "nsga2", objectives = OBJECTIVES, reference = { 0, 10 } } }
   for k, entry in ipairs(history) do
     local records = scored(entry.population)
-    local points, ids = points_of(records)
-    local ranks, goes_on, size = engine.pareto(points), {}, 0
-    for i = 1, #entry.population do
-      local robot = entry.population[i]
+    local ranks, size = engine.pareto((points_of(records))), 0
+    for _, robot in ipairs(entry.population) do
       t:equal(robot.objectives, robot.fitness and { robot:distance(), robot:mass() })
     end
     for _, rank in ipairs(ranks) do size = size + (rank == 1 and 1 or 0) end
     t:equal(entry.front.size, size)
     t:ok(entry.front.hypervolume > 0)
     if history[k + 1] then
-      for place = 1, 6 do goes_on[history[k + 1].population[place].id] = true end
-      local worst = 0
-      for i, id in ipairs(ids) do worst = goes_on[id] and math.max(worst, ranks[i]) or worst end
-      for i, id in ipairs(ids) do t:ok(goes_on[id] or ranks[i] >= worst, "a better front") end
+      check_fronts(t, records, ranks, survivors(history[k + 1], 6))
       t:equal(history[k + 1].population[7].origin, "bred")
     end
   end
@@ -71,15 +68,12 @@ suite:test("a Pareto archive holds what no robot of the run dominates", function
     for _, record in ipairs(scored(entry.population)) do all[#all + 1] = record end
   end
   local points, ids = points_of(all)
-  local front_ids, found = {}, 0
+  local front_ids, kept = {}, {}
   for i, rank in ipairs((engine.pareto(points))) do front_ids[ids[i]] = rank == 1 or nil end
-  for _, row in ipairs(history[#history].population.remembered.rows) do
-    t:ok(front_ids[row.id], "a row is dominated")
-    found = found + 1
-  end
-  local count = 0
-  for _ in pairs(front_ids) do count = count + 1 end
-  t:equal({ found, history[4].front.size, history[4].archive.filled }, { count, count, count })
+  local rows = history[#history].population.remembered.rows
+  for _, row in ipairs(rows) do kept[row.id] = true end
+  t:equal(kept, front_ids)
+  t:equal({ history[4].front.size, history[4].archive.filled }, { #rows, #rows })
   t:equal(history[4].front.hypervolume, nil)
 end)
 
@@ -142,8 +136,8 @@ suite:test("age_fitness: ages follow the oldest ancestor, newcomers are random",
     for _, record in ipairs(k > 1 and scored(history[k - 1].population) or {}) do
       before[record.id] = record
     end
-    for i = 1, #entry.population do
-      local record = entry.population[i].record
+    for _, robot in ipairs(entry.population) do
+      local record = robot.record
       if record.origin == "initial" then
         t:equal({ record.age, #record.parents, record.generation }, { 0, 0, entry.generation })
         fresh = fresh + 1
@@ -158,16 +152,11 @@ suite:test("age_fitness: ages follow the oldest ancestor, newcomers are random",
     end
     t:equal(fresh, k == 1 and 10 or 2)
     -- survivors: the first fronts of fitness and youth
-    local records, points, goes_on, worst = scored(entry.population), {}, {}, 0
+    local records, points = scored(entry.population), {}
     for i, record in ipairs(records) do points[i] = { record.fitness, -record.age } end
-    local ranks = engine.pareto(points)
-    for place = 1, history[k + 1] and 4 or 0 do
-      goes_on[history[k + 1].population[place].id] = true
+    if history[k + 1] then
+      check_fronts(t, records, engine.pareto(points), survivors(history[k + 1], 4))
     end
-    for i, record in ipairs(records) do
-      if goes_on[record.id] then worst = math.max(worst, ranks[i]) end
-    end
-    for i, record in ipairs(records) do t:ok(goes_on[record.id] or ranks[i] >= worst) end
   end
   t:ok(history[5].age.most >= history[5].age.mean)
 end)
@@ -185,18 +174,14 @@ suite:test("mistakes are refused with field and remedy", function(t)
   local function refused(message, fields)
     t:raises(message, function() evolution.small(fields) end)
   end
-  local function nsga2(objectives, reference)
-    return { survival = { "nsga2", objectives = objectives, reference = reference } }
-  end
-  refused('survival "nsga2".objectives: expected a list of 2 to 8 measures', nsga2 { "distance" })
-  refused("reference: expected one number for each of the 2 objectives", nsga2(OBJECTIVES, { 1 }))
-  local both = { survival = { "nsga2", objectives = OBJECTIVES },
-    archive = { "pareto", objectives = OBJECTIVES } }
-  t:equal(evolution.small(both).archive.name, "pareto")
-  both.archive = { "pareto", objectives = { "distance", "mass" } }
-  refused('archive.objectives: the survival "nsga2" has others; both must be the same', both)
+  refused('survival "nsga2".objectives: expected a list of 2 to 8 measures',
+    { survival = { "nsga2", objectives = { "distance" } } })
+  refused("reference: expected one number for each of the 2 objectives",
+    { survival = { "nsga2", objectives = OBJECTIVES, reference = { 1 } } })
+  refused('archive.objectives: the survival "nsga2" has others; both must be the same',
+    { survival = { "nsga2", objectives = OBJECTIVES },
+      archive = { "pareto", objectives = { "distance", "mass" } } })
   refused("survival.newcomers: expected at most", { survival = { "age_fitness", newcomers = 99 } })
-  refused('survival: "novelty" needs a novelty archive', { survival = "novelty" })
   refused("threshold and add: name one", { archive = { "novelty", descriptors = { "mass" },
     threshold = 1, add = 1 } })
 end)

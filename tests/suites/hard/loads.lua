@@ -69,7 +69,6 @@ for _, share in ipairs { 0.9, 1.1 } do
       else
         c:at_least("lean of the top", lean, 50 * push)
       end
-      c:note("the column buckles at %.3g m/s^2", critical_gravity())
     end }
 end
 

@@ -1,10 +1,11 @@
---- sameness.lua: hard cases where two runs must agree: mirrored, beside others, after a failure,
---- with an effect that never acts, and evolved against a short step. SI units.
+--- sameness.lua: hard cases where two runs must agree: mirrored, beside others, with an effect that
+--- never acts, and evolved against a short step. SI units.
 
+local bodies = require "limax.tools.bench.bodies"
 local case = require("limax.tools.bench.hard_cases").suite "sameness"
 local limax = require "limax"
 
-local LAND = { gravity = true, ground = true, friction = true, damping = true, actuation = true }
+local LAND = bodies.ALL
 
 local function letter(k) return ("ecsb"):sub(k % 4 + 1, k % 4 + 1) end
 
@@ -87,18 +88,6 @@ case { row = 53, name = "an effect that never acts", run = function(c)
   end
   -- the fall ends high above the ground
   c:same_bits("positions", ends { ground = true, friction = true }, ends {})
-end }
-
-case { row = 56, name = "a failure changes nothing that comes after it", run = function(c)
-  local spec = { lattice = { 2, 2, 2 }, voxels = "e", scene = LAND, duration = 0.3 }
-  local before = c:run(spec):state()
-  local burst = c:run { lattice = { 2, 2, 2 }, voxels = "e", scene = LAND, duration = 0.3,
-    diverges = { "nonfinite", "speed", "stretch" }, place = function(_, velocities)
-      for i = 1, #velocities do velocities[i] = { 1e38 * (-1) ^ i, -1e38, 1e38 } end
-    end }
-  c:at_most("step of the report", burst:outcome().step, 64)
-  c.reported = nil
-  c:same_bits("positions", c:run(spec):state(), before)
 end }
 
 case { row = 57, name = "a walk on ice does not exploit the time step", brief = true,

@@ -40,13 +40,11 @@ suite:test("which failure is retried, how often and after how long", function(t)
   local usual = { 0.5, 1 }
   -- status or kind, waits, Retry-After
   for _, case in ipairs {
-    { 408, usual }, { 409, usual }, { 429, usual }, { 500, usual }, { 400, {} }, { 404, {} },
-    { 302, {} }, { 503, { 0.25, 0.25 }, "0.25" }, { 429, { 120, 120 }, "120" },
-    { 429, {}, "399.5" }, { 429, usual, "-5" }, { 429, usual, "nan" },
+    { 408, usual }, { 409, usual }, { 429, usual }, { 500, usual }, { 400, {} }, { 302, {} },
+    { 503, { 0.25, 0.25 }, "0.25" }, { 429, {}, "399.5" }, { 429, usual, "nan" },
     { 429, usual, "Fri, 31 Dec 2027 23:59:59 GMT" },
-    { "timeout", usual }, { "connect_timeout", usual }, { "connect", usual }, { "resolve", usual },
-    { "reset", usual }, { "partial", usual }, { "tls", usual }, { "certificate", {} },
-    { "encoding", {} }, { "size", {} }, { "headers", {} }, { "protocol", {} },
+    { "timeout", usual }, { "connect", usual }, { "resolve", usual }, { "partial", usual },
+    { "tls", usual }, { "certificate", {} }, { "encoding", {} }, { "size", {} }, { "headers", {} },
   } do
     local what, waits, after = unpack(case, 1, 3)
     local status = type(what) == "number" and what or nil
@@ -126,13 +124,10 @@ suite:test("a refused request is repeated once without response_format", functio
 end)
 
 suite:test("after three failed generations in a row the endpoint is not asked again", function(t)
-  local alive, breaker = false, { failures = 0 }
-  local function new()
-    return stage({ budget = 2 }, { function()
-      return alive and completion "{}" or { status = 500, body = "" }
-    end }, nil, breaker)
-  end
-  local ask, notes = new()
+  local alive = false
+  local ask, notes = stage({ budget = 2 }, { function()
+    return alive and completion "{}" or { status = 500, body = "" }
+  end })
   local function fails(generation)
     return select(2, ask:ask(MESSAGES, { generation = generation }))
   end
@@ -146,9 +141,6 @@ suite:test("after three failed generations in a row the endpoint is not asked ag
   local sent = #notes.requests
   alive = true
   t:equal({ fails(7).class, #notes.requests }, { "breaker", sent })
-  -- it is shared
-  ask, notes = new()
-  t:equal({ fails(1).class, #notes.requests }, { "breaker", 0 })
   -- failures of a working endpoint do not count
   for _, answer in ipairs {
     { status = 400, body = { error = { code = "context_length_exceeded" } } },

@@ -21,13 +21,12 @@ suite:test("the object is found wherever a model puts it", function(t)
   local object = '{"mutation_rate": 0.2, "reason": "why } {not"}'
   for _, text in ipairs {
     object, BOM .. object .. "\n", "```json\n" .. object .. "\n```", "```\n" .. object,
-    "Sure! Here it is:\n" .. object .. "\nHope that helps {smile}.", '[' .. object .. ']',
-    "I use {braces} and a quote \" here. " .. object, '{"proposal": ' .. object .. '}',
+    "Sure! I use {braces} and a quote \" here:\n" .. object .. "\nHope that helps {smile}.",
+    '[' .. object .. ']', '{"proposal": ' .. object .. '}',
     "<think>first {\"mutation_rate\": 0.5}</think>" .. object,
     "so {\"mutation_rate\": 0.5}</think>" .. object,
-    "<thinking>a</thinking><think>{</think>" .. object,
     "The form is {\"mutation_rate\": 0.4, \"reason\": \"\"}. My answer: " .. object,
-    object .. '\n{"note": "no field of mine"}', object .. "\n{'single': 1}", "\"" .. object,
+    object .. '\n{"note": "no field of mine"}', object .. "\n{'single': 1}",
   } do
     local got, message = read(text)
     t:ok(got, ("%s: %s"):format(text, tostring(message)))
@@ -36,40 +35,32 @@ suite:test("the object is found wherever a model puts it", function(t)
 end)
 
 suite:test("text without a complete JSON object is not an answer, and is not repaired", function(t)
+  local many = {}
+  for k = 1, 4000 do many[k] = ('"k%d":%d'):format(k, k) end
   for text, expected in pairs {
-    [""] = "no JSON object", ["   \n \t" .. (" "):rep(6e4)] = "no JSON object",
-    ["[0.2]"] = "no JSON object",
-    ['{"mutation_rate": 0.2'] = "cut off", ['{"mutation_rate": 0.2, "reason": "so'] = "cut off",
+    [""] = "no JSON object", ["[0.2]"] = "no JSON object",
+    ['{"mutation_rate": 0.2, "reason": "so'] = "cut off",
     ['{"mutation_rate": 0.1} and then {"mutation_rate": 0.2, "mat'] = "cut off",
     ['{"wrong": {"mutation_rate": 0.2}, '] = "cut off",
-    ["{'mutation_rate': 0.2}"] = "double quotes", ["{mutation_rate: 0.2}"] = "double quotes",
-    ['{"mutation_rate": 0.2,}'] = "line 1", ['{"mutation_rate": 0.2 /* more */}'] = "line 1",
-    ['{"mutation_rate": 0x10}'] = "line 1", ['{"mutation_rate": 1e999}'] = "overflow",
-    ['{"mutation_rate": NaN}'] = "line 1", ['{"mutation_rate": Infinity}'] = "line 1",
+    ["{'mutation_rate': 0.2}"] = "double quotes", ['{"mutation_rate": 0.2,}'] = "line 1",
+    ['{"mutation_rate": NaN}'] = "line 1", ['{"mutation_rate": 1e999}'] = "overflow",
     ['{"mutation_rate": 0.2, "mutation_rate": 0.3}'] = "comes twice",
     ['{"mutation_rate": 12345678901234567890}'] = "beyond 2^53",
     ['{"reason": "\\ud800", "mutation_rate": 0.2}'] = "surrogate",
     ['{"reason": "\255", "mutation_rate": 0.2}'] = "UTF-8",
-    ["{}"] = "no object in the answer has a field",
     ['{"Mutation_Rate": 0.2, "mutationRate": 0.2}'] = "no object in the answer has a field",
     ["<think>{\"mutation_rate\": 0.2}"] = "no JSON object",
-    ["<think>{\"mutation_rate\": 0.2}</think>"] = "no JSON object",
     [('{"a":'):rep(2000) .. "1" .. ("}"):rep(2000)] = "nested deeper",
     [('{"a":'):rep(110) .. "1" .. ("}"):rep(110)] = "more than 100 objects",
-    [("{"):rep(6e4)] = "double quotes", [('{"a":'):rep(1e4)] = "cut off",
+    [('{"a":'):rep(1e4)] = "cut off", [("{}"):rep(1000)] = "more than 100 objects",
     ['{"reason": "' .. ("x"):rep(1e6) .. '"}'] = "more than 65536",
-    [("{}"):rep(1000)] = "more than 100 objects",
+    ['{"mutation_rate": 0.1, ' .. table.concat(many, ",") .. "}"] = "more than 100 fields",
   } do
     local got, message = read(text)
     t:equal(got, nil)
     t:ok(message:find(expected, 1, true), ("%s: %s"):format(text:sub(1, 80), message))
     t:ok(#message <= 200 and not message:find "%c", message)
   end
-  local many = {}
-  for k = 1, 4000 do many[k] = ('"k%d":%d'):format(k, k) end
-  local got, message = read('{"mutation_rate": 0.1, ' .. table.concat(many, ",") .. "}")
-  t:equal(got, nil)
-  t:ok(message:find("more than 100 fields", 1, true), message)
 end)
 
 suite:test("values are kept as they are, for the ledger to judge", function(t)
@@ -91,45 +82,35 @@ end)
 
 -- ---- parsers of the user's own ------------------------------------------------------------------
 
-local function written(t, code)
-  local folder = t:folder()
-  assert(host.file.write_atomic(folder .. "/own.lua", code))
-  return "own.lua", folder
-end
-
 suite:test("a parser may be a file or a text", function(t)
-  local page = source.read(host.home .. "/prompts/README.md")
+  local page, folder = source.read(host.home .. "/prompts/README.md"), t:folder()
   local code = t:ok(page:match "\n```lua\n(.-)\n```")
-  for _, own in ipairs { t:ok(parse.from(written(t, code))), t:ok(parse.from(code)) } do
+  assert(host.file.write_atomic(folder .. "/own.lua", code))
+  assert(host.file.write_atomic(folder .. "/broken.lua", "return function(text"))
+  for _, own in ipairs { t:ok(parse.from("own.lua", folder)), t:ok(parse.from(code)) } do
     t:equal(read("my rate: 0.3", own),
       { proposal = { mutation_rate = 0.3 }, reason = "from its text" })
     t:equal({ read("none", own) }, { nil, "expected rate: NUMBER" })
   end
-  for expected, parser in pairs {
-    ["nowhere.lua"] = { "nowhere.lua", t:folder() },
-    ["own.lua:1"] = { written(t, "return function(text") },
-    ["parse:2"] = { "return function(text)\nend end" },
-  } do
-    local made, message = parse.from(parser[1], parser[2])
+  for expected, parser in pairs { ["nowhere.lua"] = "nowhere.lua",
+    ["broken.lua:1"] = "broken.lua", ["parse:2"] = "return function(text)\nend end" } do
+    local made, message = parse.from(parser, folder)
     t:equal(made, nil)
     t:ok(message:find(expected, 1, true), message)
   end
 end)
 
-suite:test("a parser that fails or returns nonsense gives a message", { limit = 60 },
-  function(t)
-    for body, expected in pairs {
-      ["error 'no idea'"] = "the parser failed: ",
-      ["return 7"] = "returned no table", ["return { 1, 2 }"] = "returned no table",
-      ["return"] = "the parser found no proposal", ["return nil, {}"] = "found no proposal",
-      ["return nil, 'two\\nlines'"] = "two lines", ["return os.getenv 'HOME'"] = "nil value",
-    } do
-      local own = t:ok(parse.from(written(t, "return function(text) " .. body .. " end")))
-      local got, message = read("x", own)
-      t:equal(got, nil)
-      t:ok(message:find(expected, 1, true), ("%s: %s"):format(body, message))
-    end
-  end)
+suite:test("a parser that fails or returns nonsense gives a message", { limit = 60 }, function(t)
+  for body, expected in pairs {
+    ["error 'no idea'"] = "the parser failed: ", ["return { 1, 2 }"] = "returned no table",
+    ["return nil, {}"] = "the parser found no proposal",
+    ["return nil, 'two\\nlines'"] = "two lines",
+  } do
+    local got, message = read("x", t:ok(parse.from("return function(text)\n" .. body .. " end")))
+    t:equal(got, nil)
+    t:ok(message:find(expected, 1, true), ("%s: %s"):format(body, message))
+  end
+end)
 
 -- ---- random answers -----------------------------------------------------------------------------
 
@@ -160,12 +141,8 @@ end
 
 -- ---- what must hold -----------------------------------------------------------------------------
 
-local MATERIALS_NOW, FIRST = {}, {}
-local paper = engine.materials "paper"
-for i = 1, paper.count do
-  MATERIALS_NOW[i] = paper:get(i)
-  FIRST[MATERIALS_NOW[i].name] = MATERIALS_NOW[i]
-end
+local MATERIALS_NOW, FIRST = engine.materials("paper"):table().materials, {}
+for _, material in ipairs(MATERIALS_NOW) do FIRST[material.name] = material end
 
 -- Describes the first problem of a judged proposal; nil if there is none.
 local function judged(proposal, limits, limit_of)

@@ -32,7 +32,6 @@ local REFUSALS = {
   { "http", 429, error_of "INSUFFICIENT QUOTA: tokens per minute", "3 attempts failed", 3 },
   { "context", 400, error_of("the request exceeds the available context size",
     { code = 400, type = "exceed_context_size_error" }), "exceeds the available context size" },
-  { "context", 400, error_of "maximum context length is 4096 tokens, max_tokens is too large" },
   { "auth", 401, error_of "Incorrect API key", "is the key right?" },
   { "http", 400, { error_of("API key not valid", { code = 400 }) }, "HTTP 400: API key not valid" },
   { "http", 404, error_of "no such model", "no such model; are the URL and the model right?" },
@@ -43,7 +42,6 @@ local REFUSALS = {
   { "http", 200, error_of("busy", { code = 503 }), "busy; 3 attempts failed", 3 },
   { "envelope", 200, "<!DOCTYPE html>\n<html></html>", "a web page, not JSON" },
   { "envelope", 204, "", "the answer is empty" },
-  { "envelope", 200, '{"choices": "\255\254"}', "not UTF-8" },
   { "envelope", 200, '{"choices": [{"mess', "not JSON" },
   { "envelope", 200, 'data: {"choices": []}\n\n', "streams its answer" },
   { "envelope", 200, { id = "x" }, "no choices" },
@@ -70,41 +68,13 @@ end)
 suite:test("an answer is found in all forms that servers give it", function(t)
   for _, case in ipairs {
     { completion(GOOD, { error = host.json.null }).body, { content = GOOD } },
-    { completion(GOOD, { error = "" }).body, { content = GOOD } },
     { "\239\187\191" .. host.json.encode(completion(GOOD).body), { content = GOOD } },
     { choice({ content = GOOD }, "because"), { finish_reason = "because" } },
     { choice { content = "", reasoning_content = GOOD }, { content = "", reasoning = GOOD } },
     { choice { content = host.json.null, reasoning = GOOD }, { content = "", reasoning = GOOD } },
-    { completion(GOOD, { model = "another" }).body, { content = GOOD, model = "another" } },
   } do
     local answer, failure = ask(200, case[1])
     t:ok(answer, failure and failure.message)
     for name, value in pairs(case[2]) do t:equal({ name, answer[name] }, { name, value }) end
-  end
-end)
-
-suite:test("any body gives an answer or a failure with a class", function(t)
-  local random, classes, seeds = model_stage.picks(7), {}, {}
-  for k, body in ipairs { completion(GOOD).body, error_of("m", { code = "c" }),
-    { detail = { { loc = { "body", "seed" }, msg = "x" } } },
-    choice({ content = "a", reasoning = "b", refusal = "c" }, "length") } do
-    seeds[k] = host.json.encode(body)
-  end
-  local pieces = { "null", "[]", "{}", "1e999", "-1", '"x"', "\255", "\0", "[[", "]", "}", ",", ":",
-    '"choices":', '"error":', '"message":', "true", "\\ud800", "" }
-  local statuses = { 200, 200, 200, 400, 401, 422, 429, 500, 204, 302 }
-  for _ = 1, 2000 do
-    local body = seeds[random(#seeds)]
-    for _ = 1, random(4) do
-      local from = random(#body + 1)
-      body = body:sub(1, from - 1) .. pieces[random(#pieces)] .. body:sub(from + random(12) - 1)
-    end
-    local answer, failure = ask(statuses[random(#statuses)], body)
-    t:ok(answer and type(answer.content) == "string" or type(failure.message) == "string")
-    local class = answer and "answer" or failure.class
-    classes[class] = (classes[class] or 0) + 1
-  end
-  for _, class in ipairs { "answer", "envelope", "http", "auth" } do
-    t:ok((classes[class] or 0) > 10, class .. ": " .. host.json.encode(classes))
   end
 end)

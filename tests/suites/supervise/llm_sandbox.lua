@@ -76,21 +76,16 @@ suite:test("its process has no environment, no files and limits of the system", 
   t:ok(seen:find "environment: \n", seen)
 end)
 
--- None of these ends by itself, and some catch every error.
-local ENDLESS = {
-  loop = "while true do end",
-  ["loop that catches"] = "while true do pcall(function() while true do end end) end",
-  pattern = "return ('a'):rep(60):find(('a-'):rep(30) .. 'b')",
-  -- one call into the library, in which no hook would look
-  ["insert far before a table"] = "table.insert({}, -2 ^ 31, 1)",
-}
-
 suite:test("a parser that does not end is killed", { limit = 60 }, function(t)
-  for name, body in pairs(ENDLESS) do
+  for _, body in ipairs {
+    "while true do pcall(function() while true do end end) end",
+    -- one call into the library, in which no hook would look
+    "return ('a'):rep(60):find(('a-'):rep(30) .. 'b')", "table.insert({}, -2 ^ 31, 1)",
+  } do
     local began = host.clock()
     local ok, message = run(body, "", 0.2)
-    t:equal({ name, ok, message }, { name, false, "stopped after 0.20 s" })
-    t:ok(host.clock() - began < 0.2 + process.LATE, name)
+    t:equal({ body, ok, message }, { body, false, "stopped after 0.20 s" })
+    t:ok(host.clock() - began < 0.2 + process.LATE, body)
   end
 end)
 
@@ -110,9 +105,8 @@ suite:test("errors and values that JSON cannot hold come back as a message", fun
     ["return function() end"] = "cannot write JSON: a function",
     ["return { 0 / 0 }"] = "cannot write JSON: NaN", ["return { a = 1 / 0 }"] = "infinity",
     ["local t = {} t.t = t return t"] = "cannot write JSON", ["return { '\\255' }"] = "UTF-8",
-    ["error '\\255'"] = "UTF-8", ["error 'my own words'"] = "my own words",
-    ["error {}"] = "an error that is a table", ["return nowhere.field"] = "probe.lua:1",
-    ["this is not Lua"] = "probe.lua:1",
+    ["error '\\255'"] = "UTF-8", ["error {}"] = "an error that is a table",
+    ["return nowhere.field"] = "probe.lua:1", ["this is not Lua"] = "probe.lua:1",
   } do
     local ok, message = run(body)
     t:ok(not ok and message:find(expected, 1, true), ("%s: %s"):format(body, tostring(message)))

@@ -19,15 +19,10 @@ suite:test("the ledger records parameters that an own loop sets", function(t)
   local entry, entries = run.history[2], {}
   for _, one in ipairs(entry.ledger.entries) do entries[one.field] = one end
   local rate = entries.mutation_rate
-  t:equal({ rate.outcome, rate.before, rate.applied },
-    { "set", 0.1, 0.9 })
-  t:equal(entries.mutation_rate.proposed, 0.12)
+  t:equal({ rate.outcome, rate.before, rate.proposed, rate.applied }, { "set", 0.1, 0.12, 0.9 })
   t:equal({ entries.elite_fraction.outcome, entries.elite_fraction.applied }, { "set", 1 / 6 })
   t:equal(entries.mutation_scale.outcome, "accepted")
-  for _, name in ipairs { "mutation_rate", "mutation_scale", "crossover_rate",
-    "elite_fraction" } do
-    t:same_bits(entry.parameters[name], entries[name].applied)
-  end
+  for name, value in pairs(entry.parameters) do t:same_bits(value, entries[name].applied) end
 end)
 
 suite:test("a range of the experiment narrows a proposal, and is shown to the supervisor",
@@ -46,6 +41,8 @@ suite:test("a range of the experiment narrows a proposal, and is shown to the su
     end
   end)
 
+local FIRST = require("support.histories").FIRST
+
 -- Proposal, field, its outcome, the value that is applied, text of the reason, changes of the
 -- request.
 local BONE, MUSCLE = "materials.bone.", "materials.expanding muscle."
@@ -56,8 +53,7 @@ local RULES = {
   { { elite_fraction = 0.6 }, "elite_fraction", "rate-limited", 0.4, "the range is 0.0333333 to" },
   { { crossover_rate = -1 }, "crossover_rate", "rate-limited", 0.2 },
   { { crossover_rate = 1.1 }, "crossover_rate", "clamped", 1, "the range is 0 to 1",
-    { parameters = { mutation_rate = 0.1, mutation_scale = 0.1, crossover_rate = 0.9,
-      elite_fraction = 0.3 } } },
+    { parameters = evolution.with(FIRST, { crossover_rate = 0.9 }) } },
   { { mutation_rate = 0 / 0 }, "mutation_rate", "rejected", 0.1, "expected a finite number" },
   { { mutation_scale = math.huge }, "mutation_scale", "rejected", 0.1 },
   { { mutation_scale = "big" }, "mutation_scale", "rejected", 0.1 },
@@ -76,20 +72,14 @@ local RULES = {
 }
 
 suite:test("each rule of the ledger", function(t)
-  local materials, list, first = engine.materials "paper", {}, {}
-  for i = 1, materials.count do
-    list[i] = materials:get(i)
-    first[list[i].name] = list[i]
-  end
+  local list, first = engine.materials("paper"):table().materials, {}
+  for _, material in ipairs(list) do first[material.name] = material end
   for _, row in ipairs(RULES) do
     local proposal, field, outcome, applied, text, changes = unpack(row, 1, 6)
-    local request = { proposal = proposal, supervisor = "test", limits = proposals.limits(30),
-      materials = list, first = first, parameters = { mutation_rate = 0.1, mutation_scale = 0.1,
-        crossover_rate = 0.4, elite_fraction = 0.3 },
-      allowed = { hyperparameters = true, materials = true },
-      cost = function() return 1 end, first_step = 1 }
-    for name, value in pairs(changes or {}) do request[name] = value end
-    local parameters, fields, record = proposals.judge(request)
+    local parameters, fields, record = proposals.judge(evolution.with({ proposal = proposal,
+      supervisor = "test", limits = proposals.limits(30), materials = list, first = first,
+      parameters = FIRST, allowed = { hyperparameters = true, materials = true },
+      cost = function() return 1 end, first_step = 1 }, changes))
     local found
     for _, entry in ipairs(record.entries) do
       if entry.field == field then found = entry end

@@ -75,7 +75,7 @@ function block.forces(self, world, f, x, p)
     end))
     for _, contact in ipairs(world.contacts) do
       local N, normal = contacts.push(contact, self.m / 4, plus(self.x, 1, arm),
-        velocity_at(self, self.read[1], self.read[2], arm), 0)
+        velocity_at(self, self.read[1], self.read[2], arm))
       if N > 0 then add_contact(self.corners, nil, 0, arm, normal, N, 1) end
     end
   end
