@@ -3,7 +3,7 @@
 # Arguments go to `limax test`. LIMAX_BUILD names another build folder, LIMAX_CMAKE adds CMake options.
 source "$(dirname "${BASH_SOURCE[0]}")/setup.sh"
 
-need_packages "${build_packages[@]}" "${test_packages[@]}" python3 openssl python3-numpy \
+need_packages "${build_packages[@]}" "${test_packages[@]}" valgrind python3 openssl python3-numpy \
     python3-pandas python3-meshio unzip
 # shellcheck disable=SC2086  # options are words
 configure ${LIMAX_CMAKE:-} -DBUILD_TESTING=ON

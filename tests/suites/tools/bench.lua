@@ -64,29 +64,7 @@ suite:test("effects: each one, all but each, and all", function(t)
   row_of(t, rows, { effects = "all but ground, friction" })
 end)
 
--- ---- stability ---------------------------------------------------------------------------------
-
-suite:test("stability: a table, CSV and JSON", function(t)
-  local rows, output = bench(t, { "stability", "--filter", "free fall", "--device", "cpu" })
-  trial.contains(t, output, "1. free fall", "1 cases in")
-  for _, precision in ipairs(engine.names.precision.names) do
-    for _, integrator in ipairs(engine.names.integrator.names) do
-      t:equal(row_of(t, rows, { integrator = integrator, precision = precision }).status, "holds")
-    end
-  end
-end)
-
-for _, fraction in ipairs { 0.99, 0.5, 0.1 } do
-  suite:test(("stability: every case holds at %g of the bound"):format(fraction),
-    { limit = 3600, tags = "full" }, function(t)
-      local lines = {}
-      local result = stability.run { device = engine.device "cpu", fraction = fraction,
-        say = function(text) lines[#lines + 1] = text end }
-      t:ok(not result.failed, table.concat(lines, "\n"))
-    end)
-end
-
-suite:test("stability: invariants detect divergence and energy from nowhere", function(t)
+suite:test("hard cases: invariants detect divergence and energy from nowhere", function(t)
   local c = context.new { device = engine.device "cpu", integrator = "leapfrog",
     precision = "double" }
   t:raises("robot 1 diverged (speed)", function()
