@@ -9,7 +9,6 @@ local host = require "limax.host"
 local process = require "support.process"
 local ranking = require "limax.base.statistics.ranking"
 local source = require "limax.base.source"
-local trial = require "support.trial"
 
 local suite = require("limax.test").suite "limax bench"
 
