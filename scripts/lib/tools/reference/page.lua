@@ -9,7 +9,7 @@ local page = {}
 
 page.path = "scripts/REFERENCE.md"
 
-local WIDTH = 160
+local WIDTH = 120
 
 local head = "Every public name. Made by `limax scripts/dev/reference.lua` from the comments in "
   .. "the code; do not edit. `?name` in `limax repl` also lists arguments and results. "
