@@ -34,8 +34,6 @@ end
 --- Is a value an error of limax?
 function fault.is(value) return getmetatable(value) == Error end
 
--- ---- places -------------------------------------------------------------------------------------
-
 -- Folders of limax's own files.
 local OWN = { [host.home .. "/bindings/"] = "engine", [host.home .. "/scripts/lib/"] = "library",
   [host.home .. "/scripts/commands/"] = "library" }

@@ -10,8 +10,6 @@ local host = require "limax.host"
 -- all away and begin again, time after time.
 jit.opt.start("maxtrace=8000", "maxmcode=32768", "sizemcode=256") -- traces, KB, KB
 
--- ---- modules: limax's own, and Lua files along package.path, which is empty at first ------------
-
 -- Modules that users' scripts may name; other names may change.
 local PUBLIC = {
   limax = "scripts/lib/limax", ["limax.encoding"] = "scripts/lib/experiment/encoding",
@@ -54,8 +52,6 @@ end
 package.path, package.cpath = "", ""
 package.loaders = { package.loaders[1], search, search_path }
 
--- ---- results depend on neither chance nor locale ------------------------------------------------
-
 function math.random()
   error("math.random would make runs irreproducible: use the argument `random` of the function, or "
     .. "robots:random(i) in an encoding", 2)
@@ -71,8 +67,6 @@ function os.exit(status)
   if type(status) == "boolean" then status = status and 0 or 1 end
   host.exit(status)
 end
-
--- ---- globals: a misspelt name is an error, and Lua's own functions cannot be replaced -----------
 
 local function shown(key) return type(key) == "string" and key or type(key) end
 
@@ -101,8 +95,6 @@ setmetatable(_G, {
   end,
 })
 for name in pairs(globals) do rawset(_G, name, nil) end
-
--- ---- this machine; none of it may affect results ------------------------------------------------
 
 ffi.cdef [[
 int clock_gettime(int clock, long* seconds_and_nanoseconds);

@@ -87,7 +87,6 @@ local function checked(value, path)
 end
 
 --- The experiment of a script.
----@return limax.experiment
 function command.experiment_of(path) return checked(script.run(path), path) end
 
 -- The changes that the options make: the tier first, so that --set overrides it.

@@ -21,7 +21,6 @@ local function command_names()
   return names
 end
 
----@return limax.command
 local function load_command(name)
   local command = require("limax.commands." .. name)
   command.name = name

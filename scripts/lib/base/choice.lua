@@ -11,7 +11,6 @@ local choice = {}
 ---@field options? table<string, schema.rule>
 
 --- Keys of a table as a sorted list: numbers, then the others by their text.
----@return any[]
 function choice.sorted_keys(t)
   local keys = {}
   for key in pairs(t) do keys[#keys + 1] = key end
@@ -34,7 +33,6 @@ end
 
 --- Reads a name, or { name, option = value }; raises at the user's line.
 ---@param kind string "fitness", "selection", "supervisor", for messages
----@param spec string|table
 ---@param entries table<string, limax.choice.entry>
 ---@return string name
 ---@return table options defaults filled in

@@ -58,7 +58,6 @@ local MACHINE = { memory = true, device = true, disk = true, defect = true }
 
 --- The part of this machine that failed: "memory" or "disk" that is full, a "device" that is
 --- unavailable or failed, a "defect" of the engine; nil for an error that script or input caused.
----@return "memory"|"device"|"disk"|"defect"|nil
 function failure.of_machine(value)
   return fault.is(value) and MACHINE[value.kind] and value.kind or nil
 end
@@ -110,16 +109,11 @@ end
 
 --- pcall that does not catch an interrupt. The third result of a failed call is the traceback of
 --- where the error was raised.
----@return boolean ok
----@return any result_or_error
----@return any ...
 function failure.attempt(call, ...)
   return finish(xpcall(call, trace, ...))
 end
 
 --- Calls `call`, then `last`, also after an error or an interrupt, which it then raises.
----@param last fun()
----@param call fun()
 function failure.finally(last, call)
   local uninterrupted, ok, problem, traceback = host.protect(failure.attempt, call)
   last()
@@ -146,18 +140,12 @@ end
 --- `attempt` of a user's function that may take long: the host reports one that runs for 5 s, and
 --- Ctrl-C names it.
 ---@param role string "the fitness"
----@return boolean ok
----@return any result_or_error
----@return any ...
 function failure.attempt_watched(role, call, ...)
   local before = host.signal.watch(named(role, call))
   return unwatched(before, failure.attempt(call, ...))
 end
 
 --- The same with a time limit: a function that takes longer is stopped, which counts as an error.
----@return boolean ok
----@return any result_or_error
----@return any ...
 function failure.attempt_within(seconds, call, ...)
   return finish(host.within(seconds, trace, call, ...))
 end

@@ -32,8 +32,6 @@ function flat.add(value, path, into, show)
 end
 
 --- The differences of two flat tables of texts, sorted by path.
----@param before table<string, string>
----@param now table<string, string>
 ---@return { path: string, before: string, now: string }[]
 function flat.differences(before, now)
   local paths, list = {}, {}

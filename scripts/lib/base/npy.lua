@@ -48,8 +48,6 @@ function npy.table(rows)
 end
 
 --- Reads a .npy file of numbers; `nil, message` for anything else, pickled objects included.
----@return limax.npy.array|nil
----@return string|nil message
 function npy.decode(text)
   if text:sub(1, #MAGIC) ~= MAGIC or #text < 10 then
     return nil, "is not a NumPy array of format 1.0"
@@ -86,8 +84,6 @@ function npy.pack(list)
 end
 
 --- The .npy bytes of a .npz archive by name, or `nil, message`.
----@return table<string, string>|nil
----@return string|nil message
 function npy.unpack(text)
   local entries, message = host.zip.unpack(text)
   if not entries then return nil, message end

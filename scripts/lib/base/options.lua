@@ -77,7 +77,6 @@ end
 --- status 2. Switches are true or nil; `many` options are lists, possibly empty; positional
 --- arguments are arguments[1], [2], ... With --help nothing else is checked and `arguments.help` is
 --- true.
----@return table arguments
 function options.parse(command, argv)
   local by_form, long_forms, arguments, i = {}, {}, {}, 0
   for _, option in ipairs(all_options(command)) do

@@ -8,13 +8,11 @@ local terminal = require "limax.base.terminal"
 local output = {}
 
 --- Writes to the standard output.
----@param ... string|number
 function output.write(...)
   io.stdout:write(terminal.shown(table.concat { ... }, host.terminal().color))
 end
 
 --- Writes to the standard error: progress, warnings, failures.
----@param ... string|number
 function output.warn(...)
   io.stderr:write(terminal.shown(table.concat { ... }, host.terminal().color_stderr))
 end

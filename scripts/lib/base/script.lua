@@ -21,7 +21,6 @@ function script.syntax_error(file, text, message)
 end
 
 --- The compiled file.
----@return function chunk
 function script.compile(file)
   local chunk, message = loadfile(file)
   if chunk then return chunk end
@@ -34,7 +33,6 @@ function script.compile(file)
 end
 
 --- The compiled file. From now on `require` also finds Lua files in its folder.
----@return function chunk
 function script.load(file)
   local kind = host.file.exists(file)
   if not kind or kind == "folder" then
@@ -58,7 +56,6 @@ local function only_one(file, value, more)
 end
 
 --- Runs a file with `...` as its arguments, also in the global `arg`.
----@param ... string
 ---@return any what the file returns
 function script.run(file, ...)
   local chunk = script.load(file)

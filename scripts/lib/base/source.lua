@@ -39,9 +39,6 @@ end
 
 --- The whole text of a regular file of a folder that may come from somebody else: a link is
 --- refused.
----@return string|nil text
----@return string|nil message
----@return boolean|nil missing
 function source.read_own(path)
   if host.file.exists(path, true) == "other" then return nil, path .. " is a link, or no file" end
   return source.read(path)
@@ -224,8 +221,6 @@ end
 
 --- The path of the first table found that is also one of those around it, as `copy` sees them;
 --- nil if there is none.
----@param path string of the value
----@param around table<table, true>|nil
 function source.cycle(value, path, around)
   if type(value) ~= "table" or getmetatable(value) ~= nil then return nil end
   around = around or {}

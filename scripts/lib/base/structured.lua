@@ -36,8 +36,6 @@ local MOST_FIELDS, MOST_DEPTH, MOST_BYTES = 10000, 8, 2 ^ 31
 ---@field data ffi.cdata* struct[count]; const uint8_t * of an array that was read
 ---@field bytes string|nil that `data` points into
 
--- ---- layouts ------------------------------------------------------------------------------------
-
 -- NumPy's name of a kind, and the bytes of one value; nil for an unknown kind.
 local function described(kind)
   if type(kind) == "table" then
@@ -103,13 +101,11 @@ function structured.layout(fields)
 end
 
 --- Makes an array of zeros.
----@param count integer rows
 function structured.new(layout, count)
   return { layout = layout, count = count, data = ffi.new(layout.array, count) }
 end
 
 --- The bytes of a .npy file before those of the rows.
----@param count integer rows
 function structured.header(layout, count)
   local text = ("{'descr': %s, 'fortran_order': False, 'shape': (%d,), }"):format(layout.descr,
     count)
@@ -152,8 +148,6 @@ function structured.copy(to, i, from, j, count)
     end
   end
 end
-
--- ---- reading ------------------------------------------------------------------------------------
 
 -- Reads the value of Python that begins at `at`: a text, a number, True, False, or a list, tuple or
 -- dictionary of these. Returns the value and where it ends; nil for anything else.
@@ -225,8 +219,6 @@ end
 
 --- Reads the bytes of a .npy file with a structured array; `nil, message` for anything else. The
 --- bytes are not copied.
----@return limax.structured.array|nil
----@return string|nil message
 function structured.read(text)
   local version = text:match "^\147NUMPY([\1\2])%z"
   if not version or #text < 12 then return nil, "is not a NumPy array of format 1.0 or 2.0" end

@@ -123,8 +123,6 @@ function terminal.shown(text, color)
   end))
 end
 
--- ---- tables -------------------------------------------------------------------------------------
-
 --- A table with a head: numbers aligned right, words left, two blanks between columns.
 ---@param rows (string|number)[][] numbers show as %.4g
 function terminal.table(head, rows, style)
@@ -157,8 +155,6 @@ end
 --- The head and the cells of rows with fields. A column is { title, value, format }: `value` is a
 --- field, or a function of a row.
 ---@param missing string for nil
----@return string[] head
----@return (string|number)[][] cells
 function terminal.cells(columns, list, missing)
   local head, cells = {}, {}
   for c, column in ipairs(columns) do head[c] = column[1] end

@@ -10,8 +10,6 @@ end
 
 --- The folder of limax's files of a kind; nil and a message if the user has none.
 ---@param variable "XDG_CONFIG_HOME"|"XDG_STATE_HOME"
----@return string|nil path
----@return string|nil message
 return function(variable)
   local folder, home = absolute(variable), absolute "HOME"
   if not folder and not home then

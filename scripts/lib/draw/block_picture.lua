@@ -42,7 +42,6 @@ end
 
 --- The half-spaces whose common part is a block.
 ---@param corners number[][] eight, as corners() gives them, m
----@return limax.picture.space[]
 function block_picture.spaces(corners)
   local spaces = {}
   for k, face in ipairs(block_picture.faces(0)) do

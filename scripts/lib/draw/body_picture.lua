@@ -61,7 +61,6 @@ local function picture_lines(picture, cell, columns, style)
 end
 
 --- Bodies as layers of letters, side by side where the width allows, else one below the other.
----@param pictures limax.body_picture[]
 function body_picture.side_by_side(pictures, style)
   -- two columns per letter look square; one column is enough where room is short
   for cell = 2, 1, -1 do

@@ -48,7 +48,6 @@ end
 --- An empty canvas.
 ---@param kind "png"|"pdf"|"svg"|"pixels" pixels are four bytes each: red, green, blue, opacity
 ---@param options? limax.canvas.options
----@return limax.canvas
 function canvas.new(kind, width, height, options)
   options = options or {}
   local self = setmetatable({ kind = kind, width = width, height = height,
@@ -65,11 +64,9 @@ function canvas.new(kind, width, height, options)
 end
 
 --- px that a text takes along its line.
----@param style limax.draw.text
 function canvas.text_width(text, style) return cairo.width(clean(text), style) end
 
 --- A text as lines that are at most so wide; a word that is wider has a line of its own.
----@param style limax.draw.text
 ---@param width number px
 function canvas.wrapped(text, style, width)
   return terminal.wrap(text, width, "", function(line) return canvas.text_width(line, style) end)
@@ -81,12 +78,9 @@ end
 
 --- A closed shape.
 ---@param points number[][] { x, y }
----@param style limax.draw.style
 function Canvas:polygon(points, style) self:outline(points, true, style) end
 
 --- A line through points.
----@param points number[][]
----@param style limax.draw.style
 function Canvas:path(points, style)
   if #points > 1 then self:outline(points, false, style) end
 end
@@ -105,7 +99,6 @@ end
 local EDGE = 0.5
 
 --- A filled polygon with lines along some of its edges.
----@param points number[][]
 ---@param fill string "#rrggbb"
 ---@param edges boolean[] has the k-th edge a line?
 ---@param color string of the lines
@@ -128,7 +121,6 @@ function Canvas:face(points, fill, edges, color, width, opacity)
 end
 
 --- A text; y is its base line.
----@param style limax.draw.text
 function Canvas:text(x, y, text, style)
   self:write(x, y, clean(text), { size = style.size, anchor = style.anchor, bold = style.bold,
     upwards = style.upwards, fill = style.fill or canvas.ink })

@@ -105,7 +105,6 @@ end
 
 --- The parts of a film that do not change as the robot moves: the faces of its skin (skin.lua), its
 --- materials with their colours, the masses that anchors hold, and the world around it.
----@param robot limax.scored_robot
 ---@return limax.motion.film without stage, poses and path
 function motion.body(robot)
   local context = robot.context
@@ -120,7 +119,6 @@ end
 
 --- Makes the film of a robot that motion.simulate has simulated.
 ---@param times number[] s, of the poses
----@return limax.motion.film
 function motion.of(robot, times)
   local film, trace = motion.body(robot), robot:trace "position"
   local block = robot.context.scene.block
@@ -146,8 +144,6 @@ function motion.of(robot, times)
 end
 
 --- A round length (1, 2 or 5 times a power of ten) of at most `most` metres.
----@param most number m
----@return number m
 function motion.round_length(most)
   local power = 10 ^ math.floor(math.log10(most))
   for _, factor in ipairs { 5, 2 } do
@@ -158,7 +154,6 @@ end
 
 --- A rate for `position` that leaves the time step as it was: one of those that are recorded
 --- anyway.
----@param record table<string, integer>
 ---@return integer Hz
 function motion.position_rate(record)
   local best
@@ -182,8 +177,6 @@ end
 
 --- Simulates a robot with its positions recorded. `nil, message` if the simulation fails: there
 --- is nothing to draw.
----@return limax.scored_robot|nil
----@return string|nil message
 function motion.simulate(robot, options)
   options = options or {}
   local trial = options.trial or robot.description.trials and not options.scene and 1 or nil

@@ -20,7 +20,6 @@ local of_kind = {
 
 --- The colour of each material of a table, by letter.
 ---@param list { kind: string, letter: string, name: string }[] in the table's order
----@return table<string, limax.color>
 function palette.of(list)
   local colors, used = {}, {}
   for _, material in ipairs(list) do
@@ -57,8 +56,6 @@ local LINES = { "#0072b2", "#d55e00", "#009e73", "#26282b", "#cc79a7", "#e69f00"
 local DASHES = { false, { 6, 3 }, { 2, 3 } }
 
 --- Colour and dash of the k-th of several lines of a chart.
----@return string color
----@return number[]|nil dash
 function palette.line(k)
   return LINES[(k - 1) % #LINES + 1],
     DASHES[(math.floor((k - 1) / #LINES) + k - 1) % #DASHES + 1] or nil
@@ -69,7 +66,6 @@ local SCALE = { { 68, 1, 84 }, { 59, 82, 139 }, { 33, 145, 140 }, { 94, 201, 98 
   { 253, 231, 37 } }
 
 --- The colour of a value between the least (0) and the most (1).
----@param share number
 ---@return string hex
 function palette.scale(share)
   local at = math.min(math.max(share, 0), 1) * (#SCALE - 1)

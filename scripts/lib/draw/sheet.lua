@@ -40,8 +40,6 @@ sheet.POSES = 6
 --- right; a strip has the whole path and the distances of its poses too
 
 --- `count` moments from 0 to the end, s.
----@param duration number s
----@return number[]
 function sheet.evenly(duration, count)
   local times = {}
   for k = 1, count do times[k] = (k - 1) / (count - 1) * duration end
@@ -88,9 +86,6 @@ local function place_entries(entries, left, right, text, size)
 end
 
 --- Lays out a picture of a film.
----@param film limax.motion.film
----@param options limax.sheet.options
----@return limax.sheet
 function sheet.new(film, options)
   local self = { film = film, options = options, width = options.width }
   local panels = options.panels or #film.poses
@@ -202,8 +197,6 @@ end
 
 --- Simulates a robot with its positions recorded and writes its film strip. `nil, message` where
 --- the simulation fails: there is nothing to draw.
----@return limax.scored_robot|nil
----@return string|nil message
 function sheet.write_film_strip(path, robot, options)
   local walked, reason = motion.simulate(robot, options)
   if not walked then return nil, reason end

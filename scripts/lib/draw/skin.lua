@@ -63,7 +63,6 @@ function skin.brightness(normal) return 0.80 + 0.28 * polygon.dot(normal, light)
 ---@param colors table<string, limax.color> by letter
 ---@param sight number[] away from the viewer
 ---@param held? table<integer, boolean> masses that anchors hold: edges between two are "held"
----@return limax.picture.polygon[]
 function skin.visible(faces, positions, colors, sight, held)
   held = held or {}
   local list = {}
@@ -85,7 +84,6 @@ end
 
 --- Outline of points on the page: their convex hull, by a monotone chain.
 ---@param points number[][] { x, y }; sorted by this call
----@return number[][]
 function skin.outline(points)
   table.sort(points, function(p, q) return p[1] < q[1] or p[1] == q[1] and p[2] < q[2] end)
   local function half(from, to, step)

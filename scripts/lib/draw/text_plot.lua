@@ -75,7 +75,6 @@ end
 local ascii_marks = { "*", "o", "+", "x" }
 
 --- Lines over a common pair of axes; a later series is drawn over an earlier one.
----@param series limax.text_plot.series[]
 ---@param options { style: limax.terminal.style, rows?: integer, columns?: integer, x?: string,
 --- y?: string } x and y name the axes
 function text_plot.draw(series, options)

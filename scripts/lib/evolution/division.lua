@@ -32,7 +32,6 @@ local function divide(mask)
 end
 
 --- The robots of a mask that this rank simulates.
----@return boolean[]
 function division.own(robots, mask)
   robots.slices = robots.slices or divide(mask)
   local own = {}
@@ -105,7 +104,6 @@ end
 ---@param robots limax.population.scored simulated and scored here
 ---@param failures scoring.failure[] of the robots that were scored here
 ---@param own_state table|nil that the functions that score may have written to
----@return scoring.failure[] of all robots
 function division.exchange(robots, failures, own_state)
   if not robots.slices then return failures end
   check_state(robots, own_state)

@@ -29,7 +29,6 @@ end
 
 --- Checks a list of survivors or parents: each has a score, and none is listed twice.
 ---@param what string names the list in messages: "breed: elites"
----@return integer[] list
 function mating.check_scored(robots, list, what)
   if type(list) ~= "table" then
     failure.raise(1, ("%s: expected a list of indices, got %s"):format(what, schema.show(list)))

@@ -19,8 +19,6 @@ local step_check = require "limax.evolution.step_check"
 
 local record = {}
 
--- ---- recording ----------------------------------------------------------------------------------
-
 -- The champion's score under the run's first materials; nil if it does not end well under them.
 local function standard_score(run, robots)
   local world, best = robots.world, robots.ranked[1]
@@ -116,8 +114,6 @@ function record.write(run, robots)
   end
   if run.on_generation then run.on_generation(robots.entry, robots.timing) end
 end
-
--- ---- reading back -------------------------------------------------------------------------------
 
 -- Makes a generation of plain data, with genomes and bodies if `genomes` is not nil.
 local function rebuilt(run, kept, all, genomes)

@@ -17,7 +17,6 @@ local AHEAD = 0.2
 local Steps = {}
 Steps.__index = Steps
 
----@return limax.steps
 function steps.new(simulations)
   return setmetatable({ all = simulations, left = { unpack(simulations) }, progress = {} }, Steps)
 end

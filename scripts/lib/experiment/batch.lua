@@ -77,8 +77,6 @@ local function each_run(self, name, rows, work)
   end
 end
 
--- ---- one robot ----------------------------------------------------------------------------------
-
 -- Robot i of a view of all robots, which is made once and ends when the engine writes.
 local function part_of(self, name, i)
   local parts = self.parts
@@ -142,8 +140,6 @@ function methods:random(i)
   return engine.random(parts.seed, parts.repetition, "variation", self.generation,
     parts.counter + i)
 end
-
--- ---- the engine's operators ---------------------------------------------------------------------
 
 --- Initial genes by the engine's rule.
 ---@param rows? integer[] all of these robots if left out

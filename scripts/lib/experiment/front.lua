@@ -85,7 +85,6 @@ function front.hypervolume(points, reference)
 end
 
 --- Size and hypervolume of the front of robots, or of rows of an archive.
----@param list { objectives: number[] }[]
 ---@param reference number[]|nil in the objectives' own signs
 ---@return { size: integer, hypervolume: number|nil }
 function front.measure(list, objectives, reference)

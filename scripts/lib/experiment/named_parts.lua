@@ -13,8 +13,6 @@ local variation = require "limax.variation"
 local named_parts = {}
 
 --- Calls a piece of the library on a user's value; returns its error under the field's name.
----@return any
----@return string|nil message
 local function resolved(field, call, value)
   local ok, result = failure.attempt(call, value)
   if ok then return result end

@@ -6,8 +6,6 @@ local strict = require "limax.engine.strict"
 
 local body = {}
 
--- ---- letters ------------------------------------------------------------------------------------
-
 local function trimmed(line) return (line:gsub("^%s+", ""):gsub("%s+$", "")) end
 
 --- Splits a text into layers of lines, without the spaces around lines.
@@ -123,8 +121,6 @@ function body.groups(voxels)
   return count
 end
 
--- ---- bodies of an engine's population -----------------------------------------------------------
-
 --- The facts of materials that the records of a population need: `letters` and `names` in their
 --- order, `per_site` masses (kg) by voxel value, and `same`, that mass if it is equal for all.
 function body.facts(materials)
@@ -190,8 +186,6 @@ function body.record(population, i, materials)
     voxels = shape.voxels, masses = shape.masses, springs = shape.springs, size = shape.size,
     counts = counts, mass = body.mass(population, i, shape.masses, facts) }
 end
-
--- ---- what a script sees -------------------------------------------------------------------------
 
 ---@class limax.robot.body
 ---@field size integer[] extent in voxels along x, y, z

@@ -62,8 +62,6 @@ function measured.moved(self, what, from)
 end
 
 --- `robot:distance`, for options that were checked before.
----@param from? "start"|"middle"
----@param axis? "x"|"y"|"z"
 ---@return number m
 function measured.distance(robot, from, axis)
   local dx, dy, dz = measured.moved(robot, "distance", from)

@@ -81,7 +81,6 @@ local function settled(robot, options, parts)
 end
 
 --- The modes of a robot.
----@return limax.robot.modes
 function modes.of(robot, count, options)
   local own = source.copy(schema.demand(schema.table, options or {}, "modes: options"))
   local standing = own.standing == true

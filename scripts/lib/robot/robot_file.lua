@@ -36,8 +36,6 @@ robot_file.weights = { "stiffness", "amplitude", "phase" }
 ---@field parents? integer[]
 ---@field origin? string
 
--- ---- numbers ------------------------------------------------------------------------------------
-
 -- Nine digits identify a 32-bit float.
 local function short(number) return tonumber(("%.9g"):format(number)) end
 
@@ -58,8 +56,6 @@ local function as_grid(layers)
     return layers[z][y][x]
   end)
 end
-
--- ---- describing and building --------------------------------------------------------------------
 
 --- The materials that a script names or made; the paper's if it names none.
 ---@param named? string|table|limax.materials
@@ -95,8 +91,6 @@ function robot_file.build(description, materials)
   population:check(materials, { require_muscle = false })
   return population
 end
-
--- ---- rules of the file --------------------------------------------------------------------------
 
 local function schema_rule(value, path)
   if value == robot_file.schema then return value end
@@ -202,8 +196,6 @@ function robot_file.check(decoded)
   end
   return description, nil, materials
 end
-
--- ---- files --------------------------------------------------------------------------------------
 
 --- Reads a robot file. An error raises at the user's line, with file, field, value and range.
 ---@return limax.robot.description

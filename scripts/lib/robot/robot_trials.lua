@@ -10,7 +10,6 @@ local source = require "limax.base.source"
 local robot_trials = {}
 
 --- Has a period of the muscles too few steps in any of its trials?
----@param whole limax.robot.context
 function robot_trials.is_undersampled(row, whole)
   local outcomes = rows.outcomes(row)
   for k, each in ipairs(whole.trials or { whole }) do
@@ -70,8 +69,6 @@ end
 
 --- Row and context of a robot that was simulated in each of its trials.
 ---@param simulate fun(robot: table, options: table): limax.row, limax.robot.context
----@return limax.row
----@return limax.robot.context
 function robot_trials.joined(robot, options, simulate)
   local list, contexts, own = {}, {}, source.copy(options)
   for k = 1, #robot.description.trials do

@@ -19,8 +19,6 @@ local row = {}
 
 local BODY_UNKNOWN = names.body_status.value.unknown
 
--- ---- fields of a C struct -----------------------------------------------------------------------
-
 -- Each reads or writes the field `name` of the struct `each`, which belongs to the array `all`.
 local readers, writers = {}, {}
 
@@ -120,8 +118,6 @@ function row.clear(each, all)
   end
 end
 
--- ---- what is made of the engine's structs -------------------------------------------------------
-
 local made = {}
 
 function made.body(all, each)
@@ -160,8 +156,6 @@ function made.trials(all, each)
   for k = 1, all.facts.trials do list[k] = outcome_table(each.outcome[k - 1]) end
   return list[1] and list or nil
 end
-
--- ---- one robot ----------------------------------------------------------------------------------
 
 function Row:__index(name)
   local all = rawget(self, 1)

@@ -64,8 +64,6 @@ end
 --- Reads robots; `nil, message` if the bytes are not an array of robots.
 ---@param bytes string of a NumPy array
 ---@param materials string[] their names
----@return limax.rows|nil
----@return string|nil message
 function rows_file.read(bytes, materials)
   local array, message = structured.read(bytes)
   if not array then return nil, message end

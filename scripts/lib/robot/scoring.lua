@@ -71,8 +71,6 @@ end
 
 --- The parts of a fitness's second result: the list of cases and the named measures; nil for an
 --- empty one.
----@return number[]|nil cases
----@return table<string, number>|nil measures
 function scoring.parts(extra)
   if not extra then return nil, nil end
   local cases, measures = {}, {}
@@ -98,11 +96,6 @@ end
 --- of an error comes with its traceback as fifth result.
 ---@param state table|nil of the run's scripts
 ---@param ours? boolean is it one of the library, which takes no time?
----@return number|nil fitness
----@return table|nil extra as `scoring.parts` takes it
----@return string|nil message
----@return boolean|nil excusable
----@return string|nil trace
 function scoring.call(call, robot, state, ours)
   local ok, value, extra
   if ours then

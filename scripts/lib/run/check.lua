@@ -123,7 +123,6 @@ function check.is_unreadable(damage)
 end
 
 --- Names a file that a run which has ended lacks; nil if it has all. Reads only names and sizes.
----@return string|nil message
 function check.missing(folder)
   local message
   local function look(place, wanted)

@@ -195,8 +195,6 @@ function folder.next_free(name)
 end
 
 --- Makes and locks a folder for `begin`; nil and a message if it is used already.
----@return limax.run_folder|nil
----@return string|nil
 function folder.take(path)
   if host.file.exists(path) == "file" then
     failure.raise(2, path .. " is a file, not a folder for a run")
@@ -248,7 +246,6 @@ function Folder:begin(experiment, options)
 end
 
 --- Makes a new run folder.
----@param options { repetition: integer|nil, overrides: string[]|nil, own_loop: true|nil }
 function folder.create(path, experiment, options)
   local self, message = folder.take(path)
   if not self then failure.raise(2, message) end

@@ -89,7 +89,6 @@ end
 
 --- The metrics of a scored population: best, mean, median, worst and quantiles of the fitness,
 --- diversity, failures, champion, and what the fitness returned besides its score.
----@param population table a scored population
 function metrics.measure(population)
   local all, ranked = population.rows, population.ranked
   local ascending, sum, quantiles = {}, 0, {}

@@ -155,7 +155,6 @@ local function each_line(self, name, repetition, first, last, visit)
 end
 
 --- The lines of a growing file, of all generations that the journal names.
----@param name "metrics"|"ledger"|"timing"
 function Reader:lines(name, repetition)
   local list = {}
   each_line(self, name, repetition, 0, self:last(repetition), function(text, entry, where)
@@ -205,7 +204,6 @@ function Reader:has_robots(repetition, generation)
 end
 
 --- The bytes of a file of a generation.
----@param kind "robots"|"genomes"|"champion"|"matrix"
 ---@return string
 ---@return string path
 function Reader:file(kind, repetition, generation)

@@ -26,7 +26,6 @@ local function flatten(made)
 end
 
 --- Fields in which two configurations differ, except those of `run`, in alphabetical order.
----@return { path: string, before: string, now: string }[]
 function resume.differences(before, now)
   -- through JSON, so that both sides have the types of a file
   return flat.differences(flatten(before), flatten(host.json.decode(host.json.encode(now))))
@@ -107,9 +106,6 @@ function resume.continue(folder, experiment, options, allowed, switch)
 end
 
 --- Opens the folder of a repetition that a script computes by itself, and continues it.
----@param allowed boolean may configuration and script differ?
----@param from integer|nil the last generation to keep
----@return limax.run_folder
 function resume.open(path, experiment, repetition, allowed, from)
   local folder = run_folder.open(path)
   local before = folder.config.run.repetition

@@ -135,7 +135,6 @@ end
 
 --- The recorded scripts whose originals, beside the script at `path`, have another text now.
 ---@param recorded { file: string, sha256: string }[]
----@return string[] files
 function scripts.changed(path, recorded)
   local list, base = {}, source.folder_of(path)
   for _, each in ipairs(recorded) do

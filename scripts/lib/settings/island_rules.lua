@@ -20,8 +20,6 @@ function island_rules.check(value, path)
 end
 
 --- A note about islands that never exchange a robot; nil if they do.
----@param config table
----@return string|nil note
 function island_rules.note(config)
   local options = config.islands
   if not options or options.every < config.generations or options.migrants == 0 then return nil end
@@ -31,7 +29,6 @@ end
 
 --- Describes the first problem of a configuration's islands; nil if there is none.
 ---@param parts { survival: limax.survival, archive: limax.archive.definition|nil }
----@return string|nil message
 function island_rules.problem(config, parts)
   local options, survival, archive = config.islands, parts.survival, parts.archive
   local size = config.population / (options and options.count or 1)

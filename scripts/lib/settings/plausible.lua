@@ -109,7 +109,6 @@ end
 --- A note about a body that starts below the ground.
 ---@param height number m, of its lowest corner
 ---@param ground number m
----@return string
 function plausible.buried(height, ground)
   return ("position: z = %.4g m is %.4g m below scene.ground: contact throws the body out")
     :format(height, ground - height)
@@ -131,7 +130,6 @@ function plausible.notes(config)
 end
 
 --- Notes on breeding and selection.
----@param config table a resolved configuration
 function plausible.breeding_notes(config)
   local list = {}
   list[#list + 1] = no_variation(config)

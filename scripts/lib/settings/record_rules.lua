@@ -252,7 +252,6 @@ local LUA_TYPES = { number = "number", finite = "number", whole = "integer", ind
 --- The fields of a class for editors and help: "---@field best number largest, fitness". Of fields
 --- of one name the first counts.
 ---@param ... table[] rows
----@return string[] lines
 function record_rules.annotations(...)
   local lines, seen = {}, {}
   for _, rows in ipairs { ... } do

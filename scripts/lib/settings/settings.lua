@@ -124,7 +124,6 @@ end
 
 --- The base rate: the least common multiple of the record rates, raised to a multiple of at least
 --- 20 Hz. A duration is a whole number of its samples, as in the engine's schedule.
----@param record table<string, integer>
 ---@return integer Hz
 function settings.base_rate(record)
   local rate, least = 1, 20
@@ -136,8 +135,6 @@ function settings.base_rate(record)
 end
 
 --- Completes checked tables in place: tier and rounding. Returns notes for the user.
----@param record table<string, integer>
----@return string[] notes
 function settings.finish(simulation, record)
   apply_tier(simulation)
   local rate, time = settings.base_rate(record), simulation.duration
@@ -149,7 +146,6 @@ function settings.finish(simulation, record)
 end
 
 --- Makes the options of `engine.simulation` from finished tables.
----@param record table<string, integer>
 function settings.engine_options(simulation, record)
   local options = { record = record }
   for key, value in pairs(simulation) do
@@ -160,7 +156,6 @@ end
 
 --- Checks, completes and converts; raises at `level` (1 is the caller of this function).
 ---@param simulation? table as in an experiment
----@param record? table<string, integer>
 ---@return table options for engine.simulation
 ---@return string[] notes
 function settings.simulation_options(simulation, record, level)

@@ -61,7 +61,6 @@ function tiers.measured(device)
 end
 
 --- The same for a process that wrote a run folder: a line `begin` of its journal.
----@return table<string, limax.tiers.measured>|nil
 function tiers.measured_in(session)
   if not (session.device and session.machine and session.version) then return nil end
   local found = content().measured[key_of(session.device, session.version, session.machine)]

@@ -52,7 +52,6 @@ local BEGINNING = { "breeding", "population", "materials" }
 
 --- Why an experiment cannot use that run's parameters; nil if it can. The run needs as many
 --- generations, or the same budget of evaluations, and the same limits and first values.
----@param options { run: string, repetition: integer }
 ---@param config table of the experiment
 function donor.unfit(options, config)
   local from = donor.read(options)

@@ -268,9 +268,6 @@ end
 
 --- Judges a proposal. Returns the next parameters, the next material fields (name -> field ->
 --- value) and the ledger record: supervisor, reason and one entry per field, in a fixed order.
----@return table<string, number> parameters
----@return table<string, table<string, number>> materials
----@return { supervisor: string, source: string|nil, reason: string|nil, entries: table[] } record
 function proposals.judge(request)
   local entries, rejected = {}, {}
   -- parameters; materials; fields of a material
@@ -285,7 +282,6 @@ end
 
 --- The number of proposed fields, and the share of each outcome.
 ---@param record { entries: table[] }
----@return table<string, number>
 function proposals.shares(record)
   local counts = { accepted = 0, clamped = 0, ["rate-limited"] = 0, rejected = 0 }
   local proposed = 0

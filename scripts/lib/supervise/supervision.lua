@@ -98,8 +98,6 @@ end
 --- Counts the generations whose supervisor failed: how many of how many that it was asked for.
 ---@param lines table[] of a repetition in metrics.jsonl, or entries of its history
 ---@param source_of fun(k: integer): string|nil the source in line k of its ledger
----@return integer failed
----@return integer asked
 function supervision.failures(lines, source_of)
   local failed, asked = 0, #lines - 1 -- generation 0 needs no supervisor
   for k, line in ipairs(lines) do

@@ -14,7 +14,6 @@ end
 --- Kendall's tau-b of two lists of scores of the same robots: concordant minus discordant pairs
 --- over the geometric mean of each list's number of untied pairs. 1 is the same order, -1 the
 --- reverse; nil if all pairs of a list are tied.
----@param count integer robots
 function ranking.kendall_tau(a, b, count)
   local sum, untied_a, untied_b = 0, 0, 0
   for i = 1, count do
@@ -31,7 +30,6 @@ end
 --- The elites: the best round(share x count) robots, at least one, best first as in breeding; equal
 --- ones in index order.
 ---@param share number 0 to 1
----@return integer[] indices
 function ranking.elites(scores, count, share)
   local scored, values, elites = {}, {}, {}
   for i = 1, count do
@@ -64,7 +62,6 @@ end
 --- Elite regret: the share of reference fitness that is lost by choosing elites by the cheap
 --- scores. If too many robots failed under the cheap scores, the missing elites count as the
 --- reference's worst robot. nil if the reference's elites have a mean of 0 or no robot was scored.
----@param share number of the robots that are elites
 function ranking.elite_regret(reference, cheap, count, share)
   local best, taken = ranking.elites(reference, count, share), ranking.elites(cheap, count, share)
   if #best == 0 then return nil end

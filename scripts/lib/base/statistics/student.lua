@@ -37,8 +37,6 @@ end
 --- The mean of a list and the half width of its confidence interval.
 ---@param list number[] two or more
 ---@param confidence number 0 to 1
----@return number mean
----@return number half_width
 function student.interval(list, confidence)
   local mean, sum, n = sample.mean(list), 0, #list
   for _, value in ipairs(list) do sum = sum + (value - mean) ^ 2 end

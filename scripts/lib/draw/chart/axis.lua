@@ -28,8 +28,6 @@ end
 --- An axis that holds all `values`. `low` and `high` fix an end. With `whole` it has ticks at whole
 --- numbers only.
 ---@param options { label: string, low: number|nil, high: number|nil, whole: boolean|nil }
----@param values number[]
----@return limax.chart.axis
 function axis.new(options, values)
   local low, high = options.low or math.huge, options.high or -math.huge
   for _, value in ipairs(values) do

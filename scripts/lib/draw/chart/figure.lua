@@ -75,7 +75,6 @@ local function csv_of(spec)
 end
 
 --- Writes a figure as SVG and PDF of both widths, and its numbers as CSV.
----@param spec limax.chart.figure
 function figure.write(folder, spec)
   for _, millimetres in ipairs(WIDTHS) do
     for _, kind in ipairs { "svg", "pdf" } do

@@ -72,7 +72,6 @@ end
 
 --- Draws a panel.
 ---@param description string for screen readers
----@return limax.chart.inline
 function inline.draw(spec, description)
   local canvas = canvases.new("svg", WIDTH, HEIGHT,
     { title = spec.title, description = description })

@@ -60,9 +60,6 @@ local function bar(place, label, low, high)
 end
 
 --- Where a mark is, px: left, top, width and height of a cell; of a point its middle, 0 and 0.
----@param place limax.chart.place
----@param mark limax.chart.mark
----@return number[]
 function marks.box(place, mark)
   if not mark.ends then return { place:at_x(mark.x), place:at_y(mark.y), 0, 0 } end
   local left, top = place:at_x(mark.ends[1]), place:at_y(mark.ends[4])
@@ -70,8 +67,6 @@ function marks.box(place, mark)
 end
 
 --- Draws the marks of a panel and their colour bar.
----@param place limax.chart.place
----@param all limax.chart.marks
 function marks.draw(place, all)
   if not all.label then return end
   local low, high = all.low, all.high

@@ -63,7 +63,6 @@ end
 ---@param items limax.picture.item[] what does not move
 ---@param faces limax.picture.polygon[] small ones that are turned to the viewer
 ---@param sight number[] away from the viewer
----@return limax.picture.polygon[]
 function order.sorted(items, faces, sight)
   local root, list = build(items), {}
   for _, face in ipairs(faces) do push(root, face) end

@@ -47,7 +47,6 @@ end
 
 --- The parts of a polygon in front of a plane and behind it. A polygon that leaves the plane by
 --- less than `slack` on a side is not cut; one that does so on both sides counts as in front.
----@param whole limax.picture.polygon
 ---@param slack? number m, 0 if left out
 ---@return limax.picture.polygon|nil front
 ---@return limax.picture.polygon|nil behind
@@ -81,10 +80,7 @@ function polygon.split(whole, normal, offset, slack)
 end
 
 --- The part of a polygon within half-spaces, behind all their planes; nil if nothing is left.
----@param whole limax.picture.polygon
----@param spaces limax.picture.space[]
 ---@param except? integer one of them that does not count
----@return limax.picture.polygon|nil
 function polygon.within(whole, spaces, except)
   for k, space in ipairs(spaces) do
     -- points in the plane are kept
@@ -116,9 +112,6 @@ local function square(normal, offset, center, half)
 end
 
 --- Where a plane cuts a polygon: two points, or nothing.
----@param whole limax.picture.polygon
----@return number[]|nil from
----@return number[]|nil to
 function polygon.crossing(whole, normal, offset)
   local front, behind = polygon.split(whole, normal, offset)
   if not front or not behind then return nil end
@@ -131,10 +124,8 @@ function polygon.crossing(whole, normal, offset)
 end
 
 --- The k-th side of the common part of half-spaces, whose normals, of length 1, point out of it.
----@param spaces limax.picture.space[]
 ---@param center number[] a point near it, m
 ---@param half number m: no point of the side is farther than this from `center`
----@return limax.picture.polygon|nil
 function polygon.side(spaces, k, center, half)
   local side = polygon.within(square(spaces[k].normal, spaces[k].offset, center, half), spaces, k)
   -- where two half-spaces end there is an edge

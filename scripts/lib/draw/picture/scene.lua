@@ -89,7 +89,6 @@ end
 ---@param count integer panels side by side
 ---@param options { text: number, gap: number, head: number } px of a capital and between panels;
 --- capitals above what is drawn in the panels; flows get more
----@return limax.picture.frame
 function scene.frame(film, view, width, count, options)
   local low, high = reach_of(film)
   local slab = slab_of(film, low, high)

@@ -55,7 +55,6 @@ end
 
 --- A world as it is seen along the path.
 ---@param axes? number[][] along, away and up in the world; its own if left out
----@return limax.picture.stage
 function stage.new(around, axes)
   axes = axes or { { 1, 0, 0 }, { 0, 1, 0 }, UP }
   local function turn(p) return { dot(p, axes[1]), dot(p, axes[2]), dot(p, axes[3]) } end
@@ -92,7 +91,6 @@ function stage.ground_height(self, along, away)
 end
 
 --- The ground in a slab.
----@return limax.picture.polygon
 function stage.ground_in(self, slab)
   local points = {}
   for k, at in ipairs { { slab.low[1], slab.low[2] }, { slab.high[1], slab.low[2] },
@@ -201,8 +199,6 @@ end
 --- The pieces of the world that are visible in a slab, and the block where it is at that moment.
 ---@param sight? number[] away from the viewer, who does not see the backs of things; without it all
 --- sides are returned
----@param block? limax.picture.space[]
----@param block_hex? string
 ---@return limax.picture.item[] items for order.new
 ---@return limax.picture.polygon[] veils planes seen from behind: they are in front of all
 ---@return limax.picture.polygon[] patches of terrain

@@ -61,7 +61,6 @@ end
 --- and the surface between them is divided where they are coarse.
 ---@param within limax.picture.space[] the slab; its first four sides are upright
 ---@param sight? number[] away from the viewer; without it all sides are returned
----@return limax.picture.polygon[]
 function terrain.patches(stage, slab, within, sight)
   local field, low, high = stage.terrain, footprint(stage, slab)
   local wanted = math.max(slab.high[1] - slab.low[1], slab.high[2] - slab.low[2])

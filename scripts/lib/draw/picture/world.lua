@@ -48,7 +48,6 @@ local function up_of(scene)
 end
 
 --- The description of a resolved scene.
----@return limax.world
 function world.of(scene)
   local planes, flows, forces = {}, {}, {}
   for k, plane in ipairs(scene.planes or {}) do

@@ -69,8 +69,6 @@ end
 
 --- Prepares points for searches.
 ---@param points number[][] [point][dimension]
----@param dimensions integer
----@return limax.neighbours
 function neighbours.new(points, dimensions)
   local count, stride = #points, 4 * math.ceil(dimensions / 4)
   local axes, order, start = arranged(points, dimensions)
@@ -166,7 +164,6 @@ end
 ---@field count integer that was found
 
 --- Finds the nearest points.
----@param search limax.neighbours.search
 function Neighbours:nearest(search)
   search.count = 0
   local value, home = search.query[self.column], 0

@@ -26,8 +26,6 @@ Client.__index = Client
 ---@param machine? { clock?: fun(): number, wait?: fun(seconds: number), http?: function,
 --- environment?: fun(name: string): string|nil, record?: fun(attempt: table),
 --- breaker?: { failures: integer } }
----@return limax.llm.client|nil
----@return string|nil message
 function client.new(options, machine)
   machine = machine or {}
   local found, message = endpoint.find(options, machine.environment)

@@ -45,7 +45,6 @@ local FULL = { cases = 4, robots = 48, generations = 15, reference = 5e-6, secon
 --- Ranks robots under each setting, prints a table, and stores the measurements of the tiers for
 --- `limax run` and `limax doctor`.
 ---@param how table the command's arguments; `size` instead of the usual ones
----@return limax.bench_result
 function accuracy.run(how)
   local size = how.size or how.full and FULL or QUICK
   local set = { unpack(size.set) }

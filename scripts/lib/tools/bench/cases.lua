@@ -48,7 +48,6 @@ end
 --- the best rate of each.
 ---@param list { run: fun(): number }[] run does its work and returns how much it was
 ---@param clock? fun(): number s, of the wall if left out
----@return number[] rates work per second, by case
 function cases.best_rates(list, rounds, clock)
   clock = clock or host.clock
   local best = {}

@@ -114,7 +114,6 @@ local function measure(rows, subject, count, device)
 end
 
 ---@param how { device: limax.device, say: fun(text: string) }
----@return limax.bench_result
 function work_precision.run(how)
   local on_cpu = how.device.kind == "cpu"
   -- one body on one thread, so that times are comparable; many on a GPU

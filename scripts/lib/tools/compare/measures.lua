@@ -9,8 +9,6 @@ local measures = {}
 --- Share of the generations that a model must have set for a claim about it.
 measures.WHOLE = 0.95
 
--- ---- ledgers ------------------------------------------------------------------------------------
-
 -- Supervisors that ask a model, or repeat what one proposed.
 local ASKS = { llm = true, replay = true }
 
@@ -44,12 +42,9 @@ function measures.proposals(list)
   return proposals.shares { entries = all }
 end
 
--- ---- learning curves ----------------------------------------------------------------------------
-
 --- The best by evaluations: points { evaluations, value }, generation by generation. A generation
 --- without a value repeats the one before. An evaluation is one simulation of a robot for its
 --- score; elites that keep their score need none, those of a tuning come first.
----@return number[][]
 function measures.points(run)
   local points, spent, before = {}, run.before, nil
   for _, line in ipairs(run.lines) do

@@ -59,9 +59,7 @@ local function check_same(name, first, run)
 end
 
 --- The outcome of each run.
----@param list limax.report.run[]
 ---@param name string of an entry
----@return table<limax.report.run, number>
 function recorded.measure(list, name)
   local entry, values = recorded.entries[name], {}
   for _, run in ipairs(list) do

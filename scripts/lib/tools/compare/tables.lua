@@ -52,8 +52,6 @@ local function centre_name(result)
   return name == "median" and name or "IQM"
 end
 
--- ---- text ---------------------------------------------------------------------------------------
-
 -- "a to b" of the values, or all of them where they are few.
 local function spread(row)
   local sorted, texts = { unpack(row.values) }, {}
@@ -167,8 +165,6 @@ function tables.text(result, style)
   return table.concat(parts, "\n") .. "\n"
 end
 
--- ---- for other programs -------------------------------------------------------------------------
-
 --- A line per arm.
 function tables.csv(result) return csv.encode(COLUMNS, rows_of(result)) end
 
@@ -192,7 +188,6 @@ function tables.json(result)
 end
 
 --- Writes a comparison in every form, and the figures of a report.
----@param list limax.compare.arm[]
 function tables.write(path, result, list)
   local unit = runs.fitness_words(list[1].runs[1].config.fitness)
   charts.write(path, list, ("fitness (%s)"):format(unit or "unit of the script"))

@@ -138,11 +138,7 @@ end
 --- `limax compare --help`; `outcome` is what was measured, in words
 function verdict.compare(list, outcomes, options)
   options = options or {}
-  local all = {}
-  for _, arm in ipairs(list) do
-    for _, run in ipairs(arm.runs) do all[#all + 1] = run end
-  end
-  local filled = fill_worst(all, outcomes)
+  local filled = fill_worst(folders.of(list), outcomes)
   local baseline = find_baseline(list, options.baseline)
   local target = options.target or sample.centre(each(baseline.runs, measures.last))
   local result = { baseline = baseline.name, failed_at_publish = filled, target = target,

@@ -4,14 +4,11 @@ local passes = {}
 
 --- The best instruction set of this processor; nil for other devices.
 ---@param description table of `device:describe()`
----@return string|nil
 function passes.best(description)
   return description.isa_available and description.isa_available:match "^[^,]+"
 end
 
 --- The warning; nil if the best loops run.
----@param description table of `device:describe()`
----@return string|nil
 function passes.warning(description)
   local isa, best = description.isa, passes.best(description)
   if not isa then return nil end

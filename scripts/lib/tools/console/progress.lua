@@ -24,7 +24,6 @@ local GREEN, YELLOW = 34, 136
 ---@field write? fun(text: string) standard error if left out
 
 --- Progress over `total` generations.
----@return limax.progress
 function progress.new(options)
   local facts = host.terminal()
   return setmetatable({ total = options.total, done = options.done or 0, fresh = 0,
@@ -94,8 +93,6 @@ function Progress:robots(state)
 end
 
 --- Called after each generation with its history entry.
----@param entry table
----@param seconds table
 function Progress:generation(entry, seconds)
   self.done, self.fresh, self.last = self.done + 1, self.fresh + 1, entry
   if self.bar then

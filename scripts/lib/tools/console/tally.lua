@@ -9,7 +9,6 @@ local tally = {}
 local Tally = {}
 Tally.__index = Tally
 
----@return limax.tally
 function tally.new()
   return setmetatable({ counts = {}, robots = 0, failed = 0, seconds = {} }, Tally)
 end
@@ -29,7 +28,6 @@ function Tally:add(line)
 end
 
 --- Adds the times of a generation, as in timing.jsonl.
----@param seconds table<string, number>
 function Tally:add_times(seconds)
   for part, value in pairs(seconds) do self.seconds[part] = (self.seconds[part] or 0) + value end
 end
@@ -39,7 +37,6 @@ local PARTS = { { "simulate", "simulation" }, { "fitness", "fitness", "fitness" 
   { "breed", "selection and breeding", "selection", "survival" }, { "ranks", "other ranks" } }
 
 --- A line with the shares of the time; functions of the script with their place.
----@param config table
 function Tally:time_text(config)
   local total, texts = 0, {}
   for _, value in pairs(self.seconds) do total = total + value end

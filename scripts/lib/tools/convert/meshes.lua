@@ -8,8 +8,6 @@ local xml = require "limax.tools.convert.xml"
 
 local meshes = {}
 
--- ---- STL ----------------------------------------------------------------------------------------
-
 -- 80 bytes that must not begin with "solid", which marks a text STL.
 local TITLE = "limax robot, millimetres" .. ("\0"):rep(56)
 
@@ -35,8 +33,6 @@ function meshes.stl(mesh)
   end
   return table.concat(parts)
 end
-
--- ---- 3MF ----------------------------------------------------------------------------------------
 
 -- The constant parts of a package: content types, and the path of the model.
 local TYPES = xml.HEAD .. [[

@@ -72,8 +72,6 @@ function document.open(path)
   return root
 end
 
--- ---- losses -------------------------------------------------------------------------------------
-
 -- Elements without a meaning in limax; Poisson's ratio is that of its lattice of springs.
 local IGNORED = { ["Simulator"] = true, ["VXC.Voxel"] = true,
   ["VXC.Palette.Material.Display"] = true,

@@ -12,8 +12,6 @@ local at, number_at = document.at, document.number_at
 
 local voxcad_read = {}
 
--- ---- voxels -------------------------------------------------------------------------------------
-
 -- Numbers of every voxel [z][i], i = x + (y - 1) nx, each matching a pattern; nil without the
 -- element.
 local function numbers_of(file, structure, name, lattice, pattern)
@@ -85,8 +83,6 @@ local function phases_of(offsets, indices, palette)
   return phases, used
 end
 
--- ---- the world ----------------------------------------------------------------------------------
-
 -- Amplitude of the temperature, degrees, whether it varies, and its period, s.
 local function temperature_of(file, root)
   local thermal = at(root, "Environment.Thermal")
@@ -124,8 +120,6 @@ local function duration_of(file, root)
     return number_at(file, formula, "mtCONST")
   end
 end
-
--- ---- the whole ----------------------------------------------------------------------------------
 
 local function structure_of(file, root)
   local structure = at(root, "VXC.Structure")

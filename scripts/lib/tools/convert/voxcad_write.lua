@@ -31,8 +31,6 @@ local function fields(list)
   return table.concat(lines, "\n")
 end
 
--- ---- the world ----------------------------------------------------------------------------------
-
 local CARRIED = { gravity = true, ground = true, friction = true, actuation = true, damping = true }
 
 -- Fields of a scene that a .vxa cannot hold: a test, and the note if it is true.
@@ -73,8 +71,6 @@ local function environment(scene)
       { "TempPeriod", 1 / (actuation and actuation.frequency or 1) } }))
 end
 
--- ---- materials ----------------------------------------------------------------------------------
-
 local function material_element(material, id, edge, color, friction)
   local display = {}
   for k, name in ipairs { "Red", "Green", "Blue" } do
@@ -100,8 +96,6 @@ local function material_element(material, id, edge, color, friction)
       { "uStatic", friction.static }, { "uDynamic", friction.kinetic } }),
     element("Limax", fields(own)))
 end
-
--- ---- voxels -------------------------------------------------------------------------------------
 
 local function layers_of(name, lattice, separator, value)
   local layers = {}

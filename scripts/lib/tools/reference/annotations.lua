@@ -144,7 +144,6 @@ local read = {}
 
 --- The comments of a file of this installation.
 ---@param path string from the home folder: "scripts/lib/robot/robot.lua"
----@return limax.api.file
 function annotations.of(path)
   if read[path] then return read[path] end
   local file = { functions = {}, values = {}, classes = {} }
@@ -189,7 +188,6 @@ end
 local all
 
 --- Every class of limax, by name.
----@return table<string, limax.api.class>
 function annotations.classes()
   if all then return all end
   all = {}
@@ -200,9 +198,7 @@ function annotations.classes()
 end
 
 --- The names that a table of a type may have: those of an inline type, or of a class of `classes`.
----@param type_text string
 ---@param classes table<string, limax.api.class>
----@return limax.api.value[]
 function annotations.fields_of(type_text, classes)
   local fields = {}
   local inner = type_text:match "{(.*)}"

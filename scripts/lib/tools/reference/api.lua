@@ -86,7 +86,6 @@ local function add_fields(group, taken)
 end
 
 --- All groups, each with `list`, its entries.
----@return limax.api.group[]
 function api.groups()
   if groups[1].list then return groups end
   for _, group in ipairs(groups) do
@@ -103,7 +102,6 @@ function api.groups()
 end
 
 --- All entries in the order of the page.
----@return limax.api.entry[]
 function api.entries()
   local list = {}
   for _, group in ipairs(api.groups()) do
@@ -113,7 +111,6 @@ function api.entries()
 end
 
 --- The group of the objects of a class.
----@return limax.api.group|nil
 function api.group_of(class)
   for _, group in ipairs(class and api.groups() or {}) do
     if group.class == class then return group end
@@ -121,7 +118,6 @@ function api.group_of(class)
 end
 
 --- The classes of plain tables, by name; those of objects have groups of their own.
----@return table<string, limax.api.class>
 function api.tables()
   local classes = {}
   for name, class in pairs(annotations.classes()) do
@@ -131,14 +127,11 @@ function api.tables()
 end
 
 --- The fields of a type: of a table without a group of its own.
----@param type_text string
----@return limax.api.value[]
 function api.fields_of(type_text)
   return annotations.fields_of(type_text, api.tables())
 end
 
 --- The entries of a name: the whole one, or its last part.
----@return limax.api.entry[]
 function api.find(name)
   local whole, parts = {}, {}
   local plain = name:gsub(":", ".")

@@ -126,7 +126,6 @@ end
 local all
 
 --- The fields of an experiment, sorted.
----@return limax.api.value[]
 function experiment_fields.list()
   all = all or described()
   return all

@@ -12,7 +12,6 @@ local run_folder_page = { path = "scripts/RUN_FOLDER.md" }
 local IN_ARRAY = { robot = true, body = true, outcome = true }
 
 --- The text of the page with tables that are up to date.
----@return string
 function run_folder_page.text()
   local page = assert(source.read(host.home .. "/" .. run_folder_page.path))
   return (page:gsub("(<!%-%- fields: ([%w.]+) %-%->\n).-(<!%-%- end %-%->)",

@@ -36,7 +36,6 @@ function array_text.view(view)
 end
 
 --- The lengths of nested lists of numbers along their axes, nil for any other table.
----@return integer[]|nil
 function array_text.shape(list)
   if type(list) ~= "table" or getmetatable(list) then return nil end
   local size, keys = #list, 0

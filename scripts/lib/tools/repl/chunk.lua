@@ -28,9 +28,6 @@ end
 --- Compiles a text; otherwise nil, message, incomplete.
 ---@param name string chunk name, "=input"
 ---@param first integer|nil number of its first line in messages, 1 if left out
----@return limax.repl.chunk|nil
----@return string|nil message
----@return boolean|nil incomplete
 function chunk.compile(text, environment, name, first)
   -- the `=` of other prompts of Lua
   text = text:gsub("^%s*=%f[^=]", "")

@@ -103,8 +103,6 @@ end
 
 --- All completions, sorted, and the typed word.
 ---@param text string of the statement so far, up to the cursor
----@return string[] words
----@return string typed
 function complete.words(text)
   local topic = text:match "^%s*%?%s*([%a_][%w_]*)$"
   local all, typed = candidates((text:gsub("^%s*%?%s*", "")))
@@ -124,7 +122,6 @@ function complete.words(text)
 end
 
 --- The effect of Tab: text to insert, or candidates to show.
----@param text string of the statement so far, up to the cursor
 ---@return string|nil insert
 ---@return string|nil show
 function complete.edit(text)

@@ -6,7 +6,6 @@ local source = require "limax.base.source"
 local tokens = require "limax.tools.repl.tokens"
 
 --- Runs a file with the names of the prompt; its top-level `local` names remain defined.
----@param path string
 ---@return any ... what it returns
 return function(path)
   -- raises errors of the file, and makes `require` search its folder first

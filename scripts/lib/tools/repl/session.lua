@@ -52,10 +52,7 @@ local function evaluate(compiled)
 end
 
 --- Runs a text as if it were typed: false after an error, nil if it is incomplete.
----@param text string
 ---@param first integer number of its first line
----@return boolean|nil fine
----@return any interrupt
 local function take(text, first)
   local topic = text:match "^%s*%?(.*)$"
   if topic then return attempt(text, first, help.show, topic) end
@@ -65,8 +62,6 @@ local function take(text, first)
   report(text, message, message, first)
   return false
 end
-
--- ---- at a terminal ------------------------------------------------------------------------------
 
 -- A line of the terminal, nil at its end; `before` is the beginning of an incomplete statement.
 local function read(before)
@@ -83,7 +78,6 @@ local function read(before)
 end
 
 --- The prompt, to its end.
----@return integer status
 function session.talk()
   local editor, history = host.line_editor, require "limax.tools.repl.history"
   output.write(("limax %s. ? for help, Ctrl-D ends, Ctrl-C interrupts.\n"):format(host.version))
@@ -115,11 +109,8 @@ function session.talk()
   end
 end
 
--- ---- without one --------------------------------------------------------------------------------
-
 --- Runs lines as if they were typed; the first error ends it.
 ---@param lines fun(): string|nil
----@return integer status
 function session.take_all(lines)
   local text
   local number, first = 0, 1

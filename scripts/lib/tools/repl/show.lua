@@ -94,8 +94,6 @@ function short(value, depth, seen)
   return table_text(value, depth, seen)
 end
 
--- ---- robots -------------------------------------------------------------------------------------
-
 -- The layers of a body as letters, side by side.
 local function slices(value, materials, title, style)
   local plain = materials:table().materials
@@ -112,8 +110,6 @@ end
 local function scored_text(value, style)
   return slices(value, value.context.materials, tostring(value), style)
 end
-
--- ---- runs ---------------------------------------------------------------------------------------
 
 -- A run and the fitness of its last generation.
 local function run_text(value)
@@ -137,8 +133,6 @@ local function experiment_text(value)
   return ("experiment %s: %s voxels, %d robots, %d generations"):format(config.name,
     table.concat(config.lattice, "x"), config.population, config.generations)
 end
-
--- ---- anything -----------------------------------------------------------------------------------
 
 local text_of_class = {
   ["limax.view"] = array_text.view,

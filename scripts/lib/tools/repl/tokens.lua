@@ -42,7 +42,6 @@ local function take(text, at)
 end
 
 --- The tokens of a text, without comments.
----@return limax.repl.token[]
 function tokens.of(text)
   local list, at = {}, text:find "%S"
   while at do

@@ -160,7 +160,6 @@ end
 
 --- The arms of these runs, in the order in which they first come. A study's runs have the arms that
 --- it gave them; all others are grouped by their configuration.
----@return limax.compare.arm[]
 function arms.group(list)
   local groups, by_key, shared = {}, {}, nil
   for _, run in ipairs(list) do

@@ -150,7 +150,6 @@ end
 
 --- The sections of these arms; one without anything to draw has no panels.
 ---@param label string of the fitness, with its unit
----@return limax.report.section[]
 function charts.of(list, label)
   local meaning, failed = curves.meaning(list), failed_in(list)
   local drawn = { unpack(list, 1, charts.MOST_ARMS) }
@@ -184,9 +183,6 @@ function charts.of(list, label)
 end
 
 --- Writes the charts of arms as figures.
----@param list limax.compare.arm[]
----@param label string of the fitness, with its unit
----@return string[] names
 function charts.write(folder, list, label)
   local made, message = host.file.mkdir(folder)
   if not made then failure.raise(1, message) end

@@ -100,10 +100,7 @@ local function add(panel, name, k, points, band)
 end
 
 --- A value by generation, a line for each arm that has it.
----@param list limax.compare.arm[]
 ---@param label string with the unit
----@param value fun(line: table, k: integer, run: limax.report.run): number|nil
----@return limax.chart.panel
 function curves.panel(list, title, label, value)
   local panel = panel_of(title, label)
   for k, arm in ipairs(list) do
@@ -115,7 +112,6 @@ end
 
 --- Several values of one arm by generation.
 ---@param values { [1]: string, [2]: fun(line: table): number|nil }[] name and value of each line
----@return limax.chart.panel
 function curves.values(arm, title, label, values)
   local panel = panel_of(title, label)
   for k, each in ipairs(values) do add(panel, each[1], k, curves.over(arm, each[2])) end
@@ -125,7 +121,6 @@ end
 local function mean(line) return line.mean end
 
 --- The best of each generation under the first materials; of one arm its mean too.
----@return limax.chart.panel
 function curves.learning(list, label)
   if #list > 1 then return curves.panel(list, "best of the generation", label, runs.score) end
   return curves.values(list[1], "best and mean", label, { { "best", runs.score },
@@ -134,7 +129,6 @@ end
 
 --- One arm's population: best, median and mean, over a band from the 10 % to the 90 % quantile; of
 --- several repetitions the centre of each.
----@return limax.chart.panel
 function curves.population(arm, label)
   local panel = curves.values(arm, "population of " .. arm.name, label, {
     { "best", runs.score }, { "median", function(line) return line.median end },

@@ -26,9 +26,6 @@ local function check_encoding(run, encoding)
 end
 
 --- The description of a robot.
----@param run limax.report.run
----@param id integer
----@return limax.robot.description
 function earlier.robot(run, id)
   local config = run.config
   local generation = math.floor((id - 1) / config.population)
@@ -80,8 +77,6 @@ local function source_of(word, id)
 end
 
 --- The robot of a robot file or of a run folder, whose champion it is without an id.
----@param word string
----@param id integer|nil
 ---@return limax.robot
 ---@return string name of it
 function earlier.named(word, id)

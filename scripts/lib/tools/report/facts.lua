@@ -26,8 +26,6 @@ local function seconds_of(run)
 end
 
 --- One row for each repetition of each run.
----@return string[] columns
----@return any[][] rows
 function facts.final(list)
   local rows, measures = {}, charts.measure_names(list)
   local columns = { "arm", "seed", "repetition", "state", "generations", "evaluations",
@@ -64,8 +62,6 @@ local MODEL = { { "asks", "model's questions" }, { "fallen_back", "without its a
   { "output_tokens", "tokens written" }, { "cost", "cost" } }
 
 --- Time by part, and what a model cost where one was asked.
----@return string[] columns
----@return any[][] rows
 function facts.cost(list)
   local columns, rows, asked = { "arm", "runs", "evaluations" }, {}, false
   for k, arm in ipairs(list) do
@@ -105,7 +101,6 @@ local function shown(value)
 end
 
 --- A configuration as rows of path and value.
----@return any[][]
 function facts.configuration(config)
   local fields, rows = flat.add(config, "", {}, shown), {}
   for _, path in ipairs(choice.sorted_keys(fields)) do rows[#rows + 1] = { path, fields[path] } end
@@ -113,8 +108,6 @@ function facts.configuration(config)
 end
 
 --- Fields in which configurations differ: a column for each folder.
----@return string[] columns
----@return any[][] rows
 function facts.differences(folders)
   local all, paths, columns, rows = {}, {}, { "field" }, {}
   for k, folder in ipairs(folders) do

@@ -36,9 +36,6 @@ local function cell(tag, attributes, value, is_number)
 end
 
 --- A table with a head; numbers are aligned right. The first column names its row.
----@param columns string[]
----@param rows any[][]
----@param caption string
 function html.table(columns, rows, caption)
   local head, lines = {}, {}
   for c, name in ipairs(columns) do
@@ -68,7 +65,6 @@ function html.details(summary, body, open_id)
 end
 
 --- A chart as a figure: SVG, its numbers as JSON for the script, and as a table.
----@param drawn limax.chart.inline
 ---@param title string that the chart shows
 ---@param caption? string more about it
 function html.figure(drawn, title, caption)

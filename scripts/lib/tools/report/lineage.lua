@@ -25,7 +25,6 @@ local function robots_of(run)
 end
 
 --- The champion and its better parents, the oldest first; empty where the robots are not kept.
----@return limax.report.ancestor[]
 function lineage.of(run)
   local by_id, line, passed = robots_of(run), {}, {}
   local champion = runs.result(run).champion

@@ -30,8 +30,6 @@ end
 
 local function note(text) return '<p class="note">' .. html.escaped(text) .. "</p>\n" end
 
--- ---- sections -----------------------------------------------------------------------------------
-
 local function learning(list)
   if #list <= charts.MOST_ARMS then return "" end
   return note(("The populations and parameters of the first %d of %d arms are drawn."):format(
@@ -123,8 +121,6 @@ local function supervisor_failures(list)
   return table.concat(notes)
 end
 
--- ---- the page -----------------------------------------------------------------------------------
-
 local function state_text(folders)
   local texts, by_state = {}, {}
   for k, folder in ipairs(folders) do
@@ -150,8 +146,6 @@ local function title_of(list)
 end
 
 --- The label of a fitness axis, and the fitness in words; runs with different ones are named so.
----@return string label
----@return string words
 function page.fitness_label(folders)
   local units, all = {}, {}
   for _, folder in ipairs(folders) do
@@ -176,12 +170,8 @@ end
 function page.text(folders, options)
   options = options or {}
   local list, why = runs.arms(folders)
-  local all = {}
-  for _, arm in ipairs(list) do
-    for _, run in ipairs(arm.runs) do all[#all + 1] = run end
-  end
   local label, words = page.fitness_label(folders)
-  local title = title_of(all)
+  local title = title_of(runs.of(list))
   local columns, rows = facts.final(list)
   local shown = options.robots == false and { body = "", scripts = {} }
     or robots.section(list, options)

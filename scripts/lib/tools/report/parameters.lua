@@ -43,7 +43,6 @@ local function reader(path)
 end
 
 --- Fields that change in any run of an arm: the four parameters first, then materials by name.
----@return string[]
 function parameters.changed(arm)
   local names, of_materials, changed = { unpack(supervise.parameters) }, {}, {}
   for _, run in ipairs(arm.runs) do
@@ -70,7 +69,6 @@ local UNITS = { mutation_rate = "per gene", mutation_scale = "1", crossover_rate
   phase = "rad" }
 
 --- One field in all repetitions of an arm: thin lines, and a marker where somebody set it.
----@return limax.chart.panel
 function parameters.panel(arm, path)
   local field = path:match "[^.]*$"
   local panel = { title = path:gsub("^materials%.", ""), curves = {}, right = 20,

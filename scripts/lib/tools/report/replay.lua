@@ -152,8 +152,6 @@ local function add_faces(result, body)
 end
 
 --- The replay of a robot that motion.simulate has simulated.
----@param walked limax.scored_robot
----@return limax.report.replay
 function replay.of(walked)
   local trace, body, block = walked:trace "position", motion.body(walked),
     walked.context.scene.block

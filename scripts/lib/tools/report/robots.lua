@@ -23,7 +23,6 @@ local MOST_TRIALS = 4
 local FILES = { "three.min.js", "OrbitControls.js" }
 
 --- The folder into which three.js was copied when limax was configured; nil if it was not there.
----@return string|nil
 function robots.javascript()
   local beside = source.folder_of(host.executable)
   for _, folder in ipairs { host.home .. "/javascript", beside .. "/share/limax/javascript" } do
@@ -102,7 +101,6 @@ local function viewer(shown)
 end
 
 --- The section's body and the scripts that it needs.
----@return { body: string, scripts: string[] }
 function robots.section(list, options)
   local shown = {}
   for _, pick in ipairs(chosen(list)) do add(shown, pick, options) end

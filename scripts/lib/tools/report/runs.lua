@@ -55,7 +55,6 @@ end
 runs.is_folder = reader.is_run
 
 --- A run folder as it is now. Ends the command where a file is damaged.
----@return limax.report.folder
 function runs.read(path)
   local read = reader.read(path)
   if read.is_edited then failure.raise_damaged(read:edited_text()) end
@@ -101,7 +100,6 @@ end
 
 --- The run folders that these words name; a study names its runs.
 ---@param whole? boolean true: all runs of a study must be done; else those are read that have begun
----@return limax.report.folder[]
 function runs.read_all(words, whole)
   local list = {}
   for _, word in ipairs(words) do
@@ -115,29 +113,30 @@ function runs.read_all(words, whole)
   return list
 end
 
---- Every repetition of these folders, for a comparison: all of them must be done.
----@return limax.report.run[]
+--- Every repetition of these folders or arms.
+function runs.of(list)
+  local all = {}
+  for _, each in ipairs(list) do
+    for _, run in ipairs(each.runs) do all[#all + 1] = run end
+  end
+  return all
+end
+
+--- The same for a comparison: all folders must be done.
 function runs.finished(folders)
-  local list = {}
   for _, folder in ipairs(folders) do
     if folder.state ~= "done" then
       failure.raise(2, ("%s is not done (%s); only complete runs are compared"):format(folder.path,
         folder.state))
     end
-    for _, run in ipairs(folder.runs) do list[#list + 1] = run end
   end
-  return list
+  return runs.of(folders)
 end
 
 --- Runs as arms, as `limax compare` groups them; where it would refuse, each folder is an arm,
 --- except in a study, which names its arms, and the second result is the reason.
----@return limax.compare.arm[]
----@return string|nil message
 function runs.arms(folders)
-  local all = {}
-  for _, folder in ipairs(folders) do
-    for _, run in ipairs(folder.runs) do all[#all + 1] = run end
-  end
+  local all = runs.of(folders)
   if #all == 0 then return {} end
   local fine, groups = failure.attempt(arms.group, all)
   if fine then
@@ -159,8 +158,6 @@ function runs.arms(folders)
 end
 
 --- Each text once, in the order in which they first come.
----@param texts string[]
----@return string[]
 function runs.distinct(texts)
   local list, seen = {}, {}
   for _, text in ipairs(texts) do
@@ -173,8 +170,6 @@ function runs.distinct(texts)
 end
 
 --- The generations that a run folder has, and those of a whole run.
----@return integer done
----@return integer total
 function runs.generations(folder)
   local config, done = folder.config, 0
   for _, run in ipairs(folder.runs) do done = done + #run.lines end
@@ -182,7 +177,6 @@ function runs.generations(folder)
 end
 
 --- The champion's score, under the first materials where that is recorded.
----@param line table of metrics
 function runs.score(line) return line.best_standard or line.best end
 
 --- The generation whose champion is the result of a run: the last one, or, as only the survival
@@ -197,7 +191,6 @@ function runs.result(run)
 end
 
 --- The repetition with the best result.
----@return limax.report.run
 function runs.leading(list)
   local found = list[1]
   for _, run in ipairs(list) do
@@ -208,7 +201,6 @@ function runs.leading(list)
 end
 
 --- An arm's name, and of several runs what distinguishes this one: "rules, seed 2".
----@param arm limax.compare.arm
 function runs.title(arm, run)
   local text, seeds, repetitions = arm.name, false, false
   for _, other in ipairs(arm.runs) do
@@ -220,16 +212,12 @@ function runs.title(arm, run)
 end
 
 --- A number that the fitness returned beside the champion's score; nil if it has none.
----@param line table of metrics
----@param name string
----@return number|nil
 function runs.measure(line, name)
   local measure = (line.measures or {})[name]
   return measure and measure.champion
 end
 
 --- The score of a generation's champion with its unit, and what else the fitness returned.
----@param line table of metrics
 ---@return string "height 0.277 m"
 function runs.score_text(run, line)
   local stored = run.config.fitness
@@ -246,7 +234,6 @@ function runs.score_text(run, line)
 end
 
 --- A note about failed supervisors of these runs; nil if none failed.
----@param list limax.report.run[]
 ---@return string|nil
 ---@return boolean all did they fail in every generation?
 function runs.supervisor_failures(list)
@@ -260,16 +247,12 @@ function runs.supervisor_failures(list)
 end
 
 --- The robot file of a generation's champion.
----@param line table of metrics
 function runs.champion(run, line)
   run.folder:file("champion", run.repetition, line.generation)
   return run.path .. "/" .. files.place("champion", run.repetition, line.generation)
 end
 
 --- The champion of a generation as its robot file describes it.
----@param line table of metrics
----@return limax.robot.description|nil
----@return string|nil message
 function runs.description(run, line)
   local path = runs.champion(run, line)
   return failure.about(path, robot_file.read, path)
@@ -277,8 +260,6 @@ end
 
 --- Unit and description of the fitness of a configuration. A function of a script has no unit.
 ---@param stored any `fitness` of config.json
----@return string|nil unit
----@return string words
 function runs.fitness_words(stored)
   local options = type(stored) == "table" and stored or {}
   local name = options.name or stored

@@ -38,7 +38,6 @@ end
 --- where the encodings differ, which may use other ones.
 ---@param path string "archive.cells"
 ---@param one table a configuration
----@param other table
 function search.has(path, one, other)
   for _, part in ipairs(PARTS) do
     if path == part.path or path:find(part.path .. ".", 1, true) == 1 then return true end
@@ -70,8 +69,6 @@ end
 --- Names of configurations that differ only in how they search, by what differs: "cppn, plus".
 --- nil where two would have the same name. A survival may bring its own selection, which is named
 --- only where the rest is equal.
----@param configs table[]
----@return string[]|nil
 function search.names(configs)
   return names_by(configs, #PARTS - 1) or names_by(configs, #PARTS)
 end

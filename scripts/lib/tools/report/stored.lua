@@ -15,7 +15,6 @@ local MOST_LETTERS = 5e5
 
 --- A part of a configuration as an experiment names it. Functions of a script are not called here.
 ---@param value any of config.json
----@return any
 function stored.spec_of(value)
   if type(value) ~= "table" then return value end
   local spec = {}
@@ -54,7 +53,6 @@ local function replay(run, definition)
 end
 
 --- Adds to rows the letters of their bodies, of the best first, while there is room.
----@param rows limax.archive.row[]
 function stored.add_letters(run, rows)
   local scores, files, count = {}, {}, 0
   for k, row in ipairs(rows) do scores[k] = row.fitness end
@@ -69,9 +67,6 @@ function stored.add_letters(run, rows)
 end
 
 --- The archive of a run that has one with descriptors, and its rows at the end.
----@param run limax.report.run
----@return limax.archive.definition|nil
----@return limax.archive.row[]|nil
 function stored.archive(run)
   local definition = definition_of(run, "archive", archive)
   if not definition or not definition.descriptors then return nil end
@@ -88,9 +83,6 @@ local function best_of(rows, objectives)
 end
 
 --- The last front of a run with objectives: of its Pareto archive, else of its population.
----@param run limax.report.run
----@return limax.measure[]|nil objectives
----@return limax.archive.row[] rows
 function stored.front(run)
   local definition = definition_of(run, "archive", archive)
   if definition and definition.objectives then

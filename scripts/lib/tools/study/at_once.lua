@@ -16,7 +16,6 @@ local POLL_INTERVAL = 0.05
 local MOST_TEXT = 2 ^ 16
 
 --- The GPUs of one of several places: each place has at least one, and each GPU is used.
----@param gpus string[]
 ---@return string as CUDA_VISIBLE_DEVICES names them
 function at_once.share(place, places, gpus)
   local list = {}
@@ -69,7 +68,6 @@ end
 
 --- Runs these runs of a sweep, and ends all children before it returns or raises.
 ---@param self limax.sweep
----@param settings limax.at_once.settings
 ---@return integer failed
 function at_once.run(self, settings)
   local next_run, failed, busy = 1, 0, {}

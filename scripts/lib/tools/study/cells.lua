@@ -40,7 +40,6 @@ function cells.is_done(path, planned)
 end
 
 --- The result of a run folder with one repetition.
----@return limax.study.result
 function cells.result(path)
   local run = runs.read(path).runs[1]
   local result = { evaluations = run.evaluations, generations = #run.lines }

@@ -60,7 +60,6 @@ end
 
 --- The fields of a grid.
 ---@param texts string[] "path=value,value"
----@return limax.sweep.field[]
 function grid.fields(texts)
   local list, users, taken = {}, {}, { repetitions = "its number is that of --repetitions N" }
   for k, text in ipairs(texts) do
@@ -85,9 +84,7 @@ end
 ---@field folder string
 
 --- The points of a grid; the last field changes fastest.
----@param fields limax.sweep.field[]
 ---@param name string of the experiment, for a grid in which nothing varies
----@return limax.sweep.point[]
 function grid.points(fields, name)
   local list, of_folder, count = {}, {}, 1
   for _, field in ipairs(fields) do count = count * #field.values end

@@ -37,8 +37,6 @@ end
 
 --- Takes this rank's share: the number of its threads, unless one is given, and its GPUs, from now
 --- on in CUDA_VISIBLE_DEVICES. All ranks must call it.
----@param threads integer|nil
----@return integer|nil threads
 function rank_share.take(threads)
   if exchange.count == 1 then return threads end
   local facts, gpus = host.environment(), visible_gpus()
@@ -66,8 +64,6 @@ function rank_share.take(threads)
 end
 
 --- Refuses ranks that would not compute the same.
----@param experiment limax.experiment
----@param device limax.device
 function rank_share.check(experiment, device)
   if exchange.count == 1 then return end
   local about, config = device:describe(), run_config.of(experiment, {})

@@ -191,18 +191,14 @@ function study.run(self, is_first)
   compute(self, is_first)
   if not is_first then return nil end
   write_list(self) -- others do not know what was spent on tuning here
-  local groups, list = arms.group(runs.finished(runs.read_all({ self.out }, true))), {}
-  for _, group in ipairs(groups) do
-    for _, run in ipairs(group.runs) do list[#list + 1] = run end
-  end
+  local groups = arms.group(runs.finished(runs.read_all({ self.out }, true)))
   -- on the CPU as in `limax compare`, so that it gives the same numbers wherever the study ran
-  local outcomes = outcome.measure(list, engine.device "cpu", { fitness = self.fitness })
+  local outcomes = outcome.measure(runs.of(groups), engine.device "cpu",
+    { fitness = self.fitness })
   local result = verdict.compare(groups, outcomes)
   tables.write(self.out .. "/compare", result, groups)
   return result
 end
-
--- ---- as a script --------------------------------------------------------------------------------
 
 local command = {
   name = "supervision_study.lua", summary = "does supervision help? every arm under equal budgets",

@@ -31,7 +31,6 @@ local sweep = {}
 ---@field changes string[] "path=value"
 
 --- The sweep in a folder; ends the command if there is none.
----@return limax.sweep
 function sweep.open(out)
   out = host.file.absolute(out)
   local found, owner, key
@@ -109,9 +108,7 @@ end
 
 --- Plans a sweep, checks every configuration, and writes the plan into its folder. A folder with a
 --- sweep that this one contains is extended.
----@param experiment limax.experiment
 ---@param options { out: string, set: string[], repetitions: integer|nil }
----@return limax.sweep
 function sweep.plan(experiment, options)
   local out = host.file.absolute(options.out)
   local repetitions = options.repetitions or experiment.config.repetitions
@@ -148,11 +145,9 @@ function sweep.plan(experiment, options)
 end
 
 --- Is this run done?
----@param run limax.sweep.run
 function sweep.is_done(self, run) return cells.is_done(self.out .. "/" .. run.path, run) end
 
 --- The numbers of the runs that are not done.
----@return integer[]
 function sweep.left(self)
   local list = {}
   for k, run in ipairs(self.runs) do
@@ -162,15 +157,12 @@ function sweep.left(self)
 end
 
 --- Locks a run for this process, until its end; nil if another process has locked it.
----@param number integer
----@return limax.host.lock|nil
 function sweep.claim(self, number) return lock_of(self.out, number) end
 
 --- Refuses to compute with another script than that of the other runs, or with one that somebody
 --- else named.
 ---@param self limax.sweep
 ---@param load fun(path: string): limax.experiment
----@return limax.experiment
 function sweep.experiment(self, load)
   sweep.require_own(self)
   if not scripts.is_there(self.script.path) then
@@ -212,7 +204,6 @@ local function ranges(numbers)
 end
 
 --- A job script of Slurm: an array with a task for each of these runs.
----@param numbers integer[]
 ---@param options { threads: integer, device: string }
 function sweep.slurm(self, numbers, options)
   local out = self.out

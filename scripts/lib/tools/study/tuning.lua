@@ -20,8 +20,6 @@ local MIN_POPULATIONS, MIN_SETTINGS = 3, 2
 tuning.MIN_STUDY_POPULATIONS = MIN_POPULATIONS * MIN_SETTINGS + 2
 
 --- The number of settings that are tried, and the evaluations of each.
----@return integer settings
----@return integer evaluations
 function tuning.budget(study)
   local all, least = SHARE * study.evaluations, MIN_POPULATIONS * study.config.population
   local settings = math.max(MIN_SETTINGS, math.min(MAX_SETTINGS, math.floor(all / least)))

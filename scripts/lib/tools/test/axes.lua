@@ -37,7 +37,6 @@ end
 
 --- The axes that a test names, by field.
 ---@param options table of the test
----@return table<string, any[]>
 function axes.read(options)
   local named = {}
   for _, axis in ipairs(axes.list) do named[axis.field] = checked(axis, options[axis.option]) end
@@ -51,7 +50,6 @@ local function shown(axis, value)
 end
 
 --- Every combination, the last axis varying fastest: its values by field, and its label.
----@param named table<string, any[]>
 ---@return { values: table<string, any>, text: string }[]
 function axes.combinations(named)
   local list = { { values = {}, text = "" } }
@@ -74,7 +72,6 @@ end
 
 --- Why a combination cannot run; nil if it can.
 ---@param values table<string, any>
----@return string|nil
 function axes.impossible(values)
   if values.device == "cuda" and CPU_ONLY[values.integrator] then
     return ("%s runs only on the cpu"):format(values.integrator)

@@ -86,7 +86,6 @@ local function differences_of(expected, got, excess)
 end
 
 --- The places where two values are not equal; NaN equals NaN.
----@return limax.difference[]
 function compare.equal(expected, got)
   return differences_of(expected, got, function(a, b)
     return not (a == b or (a ~= a and b ~= b)) and math.huge or nil
@@ -94,7 +93,6 @@ function compare.equal(expected, got)
 end
 
 --- The places where two values do not have the same bits.
----@return limax.difference[]
 function compare.same_bits(expected, got)
   return differences_of(expected, got, function(a, b)
     local same = a == b
@@ -105,10 +103,7 @@ end
 
 --- The places where numbers differ by more than atol + rtol |expected|, or other values are not
 --- equal. NaN always differs.
----@param expected any
----@param got any
 ---@param tolerance { rtol: number, atol: number }
----@return limax.difference[]
 function compare.near(expected, got, tolerance)
   return differences_of(expected, got, function(a, b)
     if a == b then return nil end

@@ -30,9 +30,6 @@ golden.class_names = {}
 for i, class in ipairs(golden.classes) do golden.class_names[i] = class.name end
 
 --- The class of a name; without one the narrowest that allows `rtol` and `atol`.
----@param name string|nil
----@param rtol number|nil
----@param atol number|nil
 ---@return { name: string, rtol: number, most: number }
 function golden.class(name, rtol, atol)
   for _, class in ipairs(golden.classes) do

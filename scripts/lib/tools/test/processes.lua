@@ -177,7 +177,6 @@ local function count_active(running)
 end
 
 --- Runs a plan.
----@param plan limax.test_plan
 ---@param options { jobs: integer, choice: limax.test_choice,
 --- echo: fun(text: string, is_error: boolean) } `echo` prints what tests print themselves
 ---@param take fun(event: limax.test_event)

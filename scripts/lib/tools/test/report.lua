@@ -49,8 +49,6 @@ local function valid_text(text)
 end
 report.valid_text = valid_text
 
--- ---- plain -------------------------------------------------------------------------------------
-
 -- colours of the 256
 local GREEN, RED, YELLOW = 34, 160, 136
 local WORDS = {
@@ -116,8 +114,6 @@ function report.plain(quiet, write, style)
     end,
   }
 end
-
--- ---- for programs ------------------------------------------------------------------------------
 
 local function valid(value)
   if type(value) == "string" then return valid_text(value) end

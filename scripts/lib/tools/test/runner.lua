@@ -81,7 +81,6 @@ end
 --- Loads one file. What it requires from its own folder is unloaded afterwards, so that files do
 --- not affect each other.
 ---@param longest? number s that it may take, 60 if absent
----@return limax.suite_file
 function runner.load(path, longest)
   local path_before, loaded = package.path, {}
   for name in pairs(package.loaded) do loaded[name] = true end
@@ -231,9 +230,6 @@ end
 ---@field total integer tests, and files that do not load
 
 --- The chosen tests, file by file, in their order.
----@param files limax.suite_file[]
----@param choice limax.test_choice
----@return limax.test_plan
 function runner.plan(files, choice)
   local plan = { files = {}, total = 0 }
   for _, file in ipairs(files) do
@@ -253,7 +249,6 @@ function runner.plan(files, choice)
 end
 
 --- Runs a plan in this process.
----@param plan limax.test_plan
 ---@param update { reason: string|nil }|nil see golden.lua
 ---@param take fun(event: limax.test_event) see report.lua
 function runner.run_all(plan, update, take)

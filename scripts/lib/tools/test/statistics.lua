@@ -55,9 +55,6 @@ end
 
 --- Compares a sample with what is expected.
 ---@param draw fun(seed: integer): number|boolean
----@param options limax.test_statistics
----@return string|nil failure
----@return string|nil text the result, if nothing failed
 function statistics.check(draw, options)
   local seeds, level = options.seeds or SEEDS, options.level or LEVEL
   if type(seeds) == "number" then

@@ -149,7 +149,6 @@ end
 --- Measures the cases.
 ---@param size table see accuracy.lua
 ---@param set string[] overrides of every experiment of the first cases
----@return limax.bench_result
 function ranking.run(size, set, device, say)
   local rows = {}
   for c = 1, size.rest and #walkers.CASES or size.cases do

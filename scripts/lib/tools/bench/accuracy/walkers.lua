@@ -73,7 +73,6 @@ end
 --- that other work on the machine affects all of them alike.
 ---@param list table[] see rescore.options
 ---@param seconds number of one round
----@return table<integer, number>
 function walkers.prices(robots, list, seconds)
   local world, slices, simulations = robots.world, {}, {}
   local rate = settings.base_rate(world.config.record)

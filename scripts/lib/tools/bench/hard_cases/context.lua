@@ -24,13 +24,10 @@ context.LAND = { gravity = true, ground = true, friction = true, damping = true 
 --- Defaults of the engine: m/s^2 and N/m.
 context.GRAVITY, context.GROUND = 9.81, 1e5
 
--- ---- checks -------------------------------------------------------------------------------------
-
 local function fail(pattern, ...) error(pattern:format(...), 0) end
 
 --- A tolerance: a number, or a table with one for each precision, `fp32` for those that round
 --- forces to fp32.
----@param tolerance number|table<string, number>|nil
 function methods:tolerance(tolerance)
   if type(tolerance) ~= "table" then return tolerance or 0 end
   return tolerance[self.precision] or tolerance.fp32
@@ -83,8 +80,6 @@ end
 --- A text printed beside the verdict.
 function methods:note(pattern, ...) self.notes[#self.notes + 1] = pattern:format(...) end
 
--- ---- bodies -------------------------------------------------------------------------------------
-
 --- The paper's materials with some fields of some letters changed.
 ---@param changes table<string, table<string, number>>|nil { b = { stiffness = 1e6 } }
 function methods:materials(changes)
@@ -119,8 +114,6 @@ local function population_of(spec, materials)
   return population
 end
 
--- ---- runs ---------------------------------------------------------------------------------------
-
 ---@class limax.hard_cases.run
 ---@field simulation limax.simulation
 ---@field spec table
@@ -130,8 +123,6 @@ local Run = {}
 Run.__index = Run
 
 --- Positions (m) and velocities (m/s) of a robot's masses; of robot 1 if left out.
----@return number[][] positions
----@return number[][] velocities
 function Run:state(robot)
   local positions, velocities = self.simulation:state(robot or 1)
   return positions:table(), velocities:table()
