@@ -61,17 +61,15 @@ suite:test("the same calls make pixels, SVG and PDF, and the same bytes each tim
   end
 end)
 
-suite:test("stills and strips have the size, times and resolution of the options", function(t)
+suite:test("stills and strips have the size and times of the options", function(t)
   local base = t:folder()
   local file = robot_file(base)
   for _, from in ipairs(view.names) do
     local words = { file, "--view", from, "--times", "0,0.2,0.5" }
-    picture(t, base, { "--out", from .. ".png", "--width", "300", "--dpi", "300", unpack(words) })
+    picture(t, base, { "--out", from .. ".png", "--width", "300", unpack(words) })
     local bytes = source.read(("%s/%s.png"):format(base, from))
     local width, height = png_size(bytes)
     t:ok(width == 300 and height > 60 and height < 300, ("%d x %d"):format(width, height))
-    -- 300 per inch are 11811 = 0x2e23 per metre
-    t:ok(bytes:find("pHYs\0\0\46\35\0\0\46\35\1", 1, true))
     picture(t, base, { "--out", "strip.svg", unpack(words) })
     trial.contains(t, source.read(base .. "/strip.svg"), "0.00 s", "0.20 s", "0.50 s", " m</text>",
       ">expanding muscle<", ">bone<", ">centre of mass<")

@@ -4,7 +4,6 @@
 local limax = require "limax"
 local engine = require "limax.engine"
 local fault = require "limax.engine.fault"
-local history_of_runs = require "limax.run.history"
 local together = require "limax.evolution.together"
 local evolution = require "support.evolution"
 
@@ -267,39 +266,6 @@ suite:test("history keeps bodies and measures, and drops genomes and traces", fu
   -- an old generation is rebuilt from its text
   t:equal(history[1].population.ranked[1], history[1].champion.index)
   t:equal(history[1].population[history[1].champion.index].fitness, history[1].best)
-end)
-
--- Calls a function while only so many whole entries stay in memory.
-local function with_entries(count, call)
-  local before = history_of_runs.whole_kept
-  history_of_runs.whole_kept = count
-  local ok, message = pcall(call)
-  history_of_runs.whole_kept = before
-  if not ok then error(message, 0) end
-end
-
-suite:test("an old entry that is read from the folder has the fields of one in memory", function(t)
-  local fields = { generations = 9, supervision = { materials = true }, supervisor = "random",
-    trials = { {}, { duration = 0.1 } }, fitness = function(robot)
-      return robot:distance(), { robot.id, robot:speed(), mass = robot:mass() }
-    end }
-  local folder, expected = t:folder() .. "/r", finished(fields)
-  with_entries(4, function()
-    local written = finished(fields, { out = folder })
-    local resumed = finished(fields, { out = folder, resume = true })
-    for k, entry in ipairs(expected) do
-      for _, history in ipairs { written, resumed } do
-        t:equal(rawget(history[k], "ledger") == nil, k > 1 and k <= 5)
-        for name, value in pairs(entry) do
-          if name ~= "population" then t:equal(history[k][name], value) end
-        end
-        for i, robot in ipairs(entry.population) do
-          t:equal(history[k].population[i].record, robot.record)
-        end
-        t:equal(history[k].supervisor_failed, nil)
-      end
-    end
-  end)
 end)
 
 suite:test("memory does not grow with the generations of a run with a folder",

@@ -52,7 +52,7 @@ letters:test("each mistake raises its message at the script's line", function(t)
     { { voxels = "ecx" }, 'layer 1, line 1: unknown letter "x"; the letters are . (empty), e' },
     { { voxels = "ec\nec\n\nec" }, "layer 2 has 1 lines where layer 1 has 2" },
     { { voxels = "..\n.." }, "the body is empty" },
-    { { voxels = "e", weights = { phase = 2 } }, "expected a weight from 0 to 1, got 2" },
+    { { voxels = "e", weights = { phase = 2 } }, "expected a number from 0 to 1, got 2" },
     { { voxels = "ec", weights = { stiffness = { 0.5, 1 } } },
       "weights.stiffness[1]: expected numbers as [x][y][z], got 0.5" },
     { { voxels = "e", materials = "papr" }, 'did you mean "paper"?' },

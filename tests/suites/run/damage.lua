@@ -164,7 +164,7 @@ suite:test("is named by the commands that read it", function(t)
   local path = folder .. "/r/r01/metrics.jsonl"
   write(path, (source.read(path):gsub('"best":', '"best": ', 1)))
   for _, words in ipairs { { "compare", "r", "r" }, { "report", "r", "--no-robots" },
-    { "picture", "r", "--out", "p.svg" }, { "convert", "r", "r.csv" } } do
+    { "picture", "r", "--out", "p.svg" } } do
     process.fails(t, folder, 1, words, "r/r01/metrics.jsonl, line 1: the line of generation 0 does"
       .. " not match its hash in journal.jsonl")
   end

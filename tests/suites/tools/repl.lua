@@ -1,4 +1,4 @@
---- repl.lua: `limax repl` without a terminal: piped text, -e, -l, -i, files, followed scripts; how
+--- repl.lua: `limax repl` without a terminal: piped text, -e, -l, -i, files; how
 --- values are shown.
 
 local array_text = require "limax.tools.repl.array_text"
@@ -98,36 +98,6 @@ suite:test("the prompt in README runs", function(t)
   t:ok(output:match "status 0\n$", output)
   t:ok(output:match "generation 4: best", output)
   t:ok(process.read(folder .. "/picture-1.svg"):match "<svg", "a picture was drawn")
-end)
-
-suite:test("a followed script runs again after a change and keeps its table", function(t)
-  local folder = t:folder()
-  process.write(folder .. "/mine.lua",
-    "local top = 1\nreturn { answer = 1, gone = true, ask = function() return 1 end }\n")
-  local output = run(folder, "", [[
-function save(text) local f = io.open("mine.lua", "w") f:write(text) f:close() end
-m = follow "mine.lua"
-held = m
-save "local top = 2; return { answer = 2 }"
-held.answer, held.gone, top
-save "local top = = 3"
-held.answer, top
-save "local top = 4; return { answer = 4 }"
-held.answer, top, m == held
-follow "none.lua"
-]]):gsub("[^\n ]*/mine.lua", "mine.lua")
-  t:equal(output, [[
-reloaded: mine.lua
-2	nil	2
-mine.lua:1: unexpected symbol near '='
-  1 | local top = = 3
-2	2
-reloaded: mine.lua
-4	4	true
-there is no file none.lua
-  input:10: in main chunk
-status 1
-]])
 end)
 
 -- ---- texts and values ---------------------------------------------------------------------------

@@ -53,25 +53,6 @@ suite:test("Ctrl-C returns to the prompt and keeps names", function(t)
   end
 end)
 
-suite:test("a changed script runs at the idle prompt, and the typed line remains", function(t)
-  if not host.line_editor then t:skip "built without libedit" end
-  local folder = t:folder()
-  process.write(folder .. "/mine.lua", "top = 1\n")
-  local half = "> top + to"
-  local function change(text, ends)
-    return { keys = "", file = "mine.lua", text = text, ends = ends, breaks = true }
-  end
-  local done = typed.run(t, { prompt, line 'follow "mine.lua"', { keys = "top + to", ends = half },
-    change("top = 21 print 'hello'\n", half), { keys = "p\n", ends = ">", breaks = true },
-    -- Ctrl-C stops an endless one
-    change("io.write 'loop' io.stdout:flush() while true do end\n", "loop"),
-    stop(), line "top", leave }, { folder = folder })
-  t:equal(done.steps[4].lines[2], "hello")
-  t:ok(done.steps[4].lines[3]:match "^reloaded: ")
-  t:equal(done.steps[5].lines[2], "42")
-  t:equal(done.steps[8].lines[2], "21")
-end)
-
 suite:test("the terminal is restored at the end", function(t)
   local half = { keys = "half a li", ends = "> half a li" }
   local done = typed.run(t, { prompt, half, { keys = "", signal = 15 } })

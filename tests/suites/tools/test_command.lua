@@ -3,7 +3,6 @@
 
 local compare = require "limax.tools.test.compare"
 local engine = require "limax.engine"
-local evolution = require "support.evolution"
 local host = require "limax.host"
 local shell = require "limax.base.shell"
 local test = require "limax.test"
@@ -175,23 +174,4 @@ doctor:test("describes this machine and checks that bodies fall", function(t)
   t:equal(status, 0)
   contains(t, text, "self check", found and facts.gpus[1].name or "none: " .. facts.cuda_missing,
     facts.cuda_driver and "can be opened" or "none: libcuda.so.1")
-end)
-
-doctor:test("describes what a scene runs", function(t)
-  local file = t:folder() .. "/e.lua"
-  evolution.script(file, [[lattice = { 3, 2, 2 }, simulation = { time_step = 2e-4 }, scene = {
-    gravity = true, terrain = { heights = { { 0, 0 }, { 0, 0 }, { 0, 0 } } }, friction = true,
-    planes = { { offset = -1 }, { offset = -2 } }, damping = true,
-    actuation = { frequency = 500 } } ]])
-  -- on a GPU a line about a compiled kernel comes first
-  local text = limax("doctor", "--json", "--scene", file)
-  local facts, names = host.json.decode(text:match "{.*}", "doctor"), {}
-  for i, effect in ipairs(facts.effects) do names[i] = effect.name end
-  table.sort(names)
-  t:equal(names, { "actuation", "damping", "friction", "gravity", "planes", "terrain" })
-  t:ok(facts.runs.passes or facts.runs.path)
-  contains(t, limax("doctor", "--scene", file), "planes[2]", "heights 3 x 2 m",
-    "at 500 Hz a period is 10 steps of 0.0002 s, fewer than 20")
-  t:ok(host.file.write_atomic(file, "return 1"))
-  contains(t, limax("doctor", "--scene", file), "returns no experiment")
 end)
