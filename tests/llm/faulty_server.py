@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""A language model's server that misbehaves on purpose: POST /NAME/v1/chat/completions plays the
-scenario NAME of scenarios.py. It listens on the loopback interface only, on ports that the system
-chooses, prints them as one line of JSON, and ends when its standard input does: with its parent.
-With a folder as its argument it also speaks TLS, with certificates that it writes there.
+"""A language model's server that misbehaves on purpose: a request of /NAME/v1/chat/completions, or
+of another path below /NAME, plays the scenario NAME of scenarios.py. It listens on the loopback
+interface only, on ports that the system chooses, prints them as one line of JSON, and ends when its
+standard input does: with its parent. With a folder as its argument it also speaks TLS, with
+certificates that it writes there.
 
 GET /_counts answers { name: { requests, keys } }: how many requests a scenario had, and how many of
 them carried a key. GET /_names answers all names.
@@ -44,9 +45,12 @@ class Handler(http.server.BaseHTTPRequestHandler):
         return urllib.parse.urlsplit(self.path).path.strip("/").split("/")[0]
 
     def do_GET(self):
-        """Answers what the tests ask about the server."""
+        """Answers what the tests ask about the server, or plays a scenario."""
         with lock:
             facts = {"_counts": counts, "_names": sorted(scenarios.ALL)}.get(self.name())
+        if facts is None:
+            self.do_POST()
+        else:
             self.connection.sendall(scenarios.answer("200 OK", facts))
 
     def do_POST(self):

@@ -81,6 +81,9 @@ ALL = {
     "good": lambda r: [good(r)],
     "varied": lambda r: [good(r, '{"mutation_rate": %.2f}' % (0.05 + r.number % 10 / 50))],
     "unreliable": unreliable,
+    "mirror": lambda r: [answer("201 Created", {
+        "line": r.requestline, "headers": dict(r.headers), "body": r.body.decode()},
+                                X_Two="a", x_two="b")],
     # connections and bodies that break off or never end; a reset may overtake what was sent
     "reset": lambda r: [RESET],
     "silent": lambda r: [HOLD],

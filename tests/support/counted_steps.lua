@@ -1,4 +1,4 @@
---- counted_steps.lua: the script that instructions.lua runs under valgrind: a number of steps of
+--- counted_steps.lua: the script that effects_cost.lua runs under valgrind: a number of steps of
 --- one full body of 5x5x5 voxels. Arguments: the steps, and the scene as JSON.
 
 local bodies = require "limax.tools.bench.bodies"

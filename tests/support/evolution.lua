@@ -82,11 +82,6 @@ function evolution.metrics(folder, name) return reader.read(folder):lines(name o
 ---@return "running"|"done"|"stopped"|"failed"
 function evolution.state(folder) return (reader.read(folder).journal:state()) end
 
---- Runs `limax report` with these words, which must succeed.
-function evolution.report(t, base, words)
-  return process.completes(t, base, { "report", unpack(words) })
-end
-
 --- Checks that these files of two run folders have the same bytes.
 ---@param names string[]
 function evolution.same_files(t, got, expected, names)

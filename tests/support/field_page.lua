@@ -140,15 +140,6 @@ function field_page.compare(t, value, field)
   end
 end
 
---- Compares the lines of a transcript with the sections Attempt and Decision of the page.
----@param trees table<string, field_page.field> by heading
-function field_page.compare_transcript(t, text, trees)
-  for row in text:gmatch "[^\n]+" do
-    local line = assert(host.json.decode(row))
-    field_page.compare(t, line, trees[line.kind == "attempt" and "Attempt" or "Decision"])
-  end
-end
-
 --- Calls `visit` for each field of a tree, in order of names.
 ---@param visit fun(field: field_page.field)
 function field_page.each(field, visit)

@@ -57,13 +57,4 @@ end
 --- Does a text show the key, or a part of it?
 function model_stage.leaks(text) return text:find("SENTINEL", 1, true) ~= nil end
 
---- Random whole numbers from 1 to n that are the same everywhere.
----@return fun(n: integer): integer
-function model_stage.picks(seed)
-  return function(n)
-    seed = (seed * 1103515245 + 12345) % 2 ^ 31
-    return math.floor(seed / 65536) % n + 1
-  end
-end
-
 return model_stage

@@ -35,6 +35,15 @@ function process.write(path, text)
   return path
 end
 
+--- The output of a shell command.
+---@return string
+function process.output(command)
+  local pipe = assert(io.popen(command))
+  local text = pipe:read "*a"
+  pipe:close()
+  return text
+end
+
 ---@class limax.test_process
 ---@field pid string
 ---@field output string path of its output, both streams
@@ -133,12 +142,10 @@ function process.ends(folder, arguments, options)
   words[#words + 1] = process.quote(host.executable)
   for _, argument in ipairs(arguments) do words[#words + 1] = process.quote(argument) end
   local out, err = folder .. "/.stdout", folder .. "/.stderr"
-  local pipe = assert(io.popen(("cd %s && { %s %s; } >%s 2>%s </dev/null; echo $?"):format(
+  local status = process.output(("cd %s && { %s %s; } >%s 2>%s </dev/null; echo $?"):format(
     process.quote(folder), options.before or "", table.concat(words, " "), process.quote(out),
-    process.quote(err)), "r"))
-  local status = tonumber(pipe:read "*a")
-  pipe:close()
-  return { status = status, stdout = process.read(out), stderr = process.read(err) }
+    process.quote(err)))
+  return { status = tonumber(status), stdout = process.read(out), stderr = process.read(err) }
 end
 
 --- The same; unless it succeeds, the test fails with its output.

@@ -40,9 +40,9 @@ end
 --- A tiny experiment with this supervisor.
 ---@param changes? table fields that replace its own
 function talker.experiment(supervisor, changes)
-  return limax.experiment(evolution.with({ name = "tiny", lattice = { 2, 2, 2 }, population = 4,
-    generations = 4, repetitions = 1, fitness = "distance", supervisor = supervisor,
-    simulation = { duration = 0.06, settle = 0, accuracy = "preview" } }, changes))
+  return evolution.small(evolution.with({ name = "tiny", population = 4, generations = 4,
+    supervisor = supervisor, simulation = { duration = 0.06, settle = 0,
+      accuracy = "preview" } }, changes))
 end
 
 ---@class talker.done

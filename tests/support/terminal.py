@@ -1,8 +1,8 @@
 """Types keys at a program in a pseudo-terminal and reports its screen.
 
 Standard input: JSON { command, environment, columns, seconds, steps }, a step { keys, ends, breaks,
-wait, file, text, signal }: after `wait` seconds a file is written, a signal sent and keys are typed;
-then the line with the cursor must become `ends`, after a line break if `breaks`.
+signal }: a signal is sent and keys are typed; then the line with the cursor must become `ends`,
+after a line break if `breaks`.
 Standard output: JSON { status, echo, steps }: the exit status, whether the terminal echoes then, and
 for each step the lines that it put on the screen; a step without its end within `seconds` is the
 last and has `late`.
@@ -89,10 +89,6 @@ def main():
     ended = False
     for step in task["steps"]:
         first, breaks = screen.row, screen.breaks
-        time.sleep(step["wait"])
-        if step["file"]:
-            with open(step["file"], "w") as file:
-                file.write(step["text"])
         if step["signal"]:
             os.kill(child, step["signal"])
         if step["keys"]:

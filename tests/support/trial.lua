@@ -1,6 +1,7 @@
 --- trial.lua: runs `limax test` on small suites.
 
 local host = require "limax.host"
+local process = require "support.process"
 local shell = require "limax.base.shell"
 
 local trial = {}
@@ -16,9 +17,7 @@ trial.HEAD = 'local suite = require("limax.test").suite "trial"\n'
 function trial.run(words, before)
   local list = { before or "", shell.quoted(host.executable) }
   for _, word in ipairs(words) do list[#list + 1] = shell.quoted(word) end
-  local pipe = io.popen(table.concat(list, " ") .. " 2>&1 </dev/null; echo status $?")
-  local text = pipe:read "*a"
-  pipe:close()
+  local text = process.output(table.concat(list, " ") .. " 2>&1 </dev/null; echo status $?")
   local output, status = text:match "^(.*)status (%d+)\n$"
   return output, tonumber(status)
 end

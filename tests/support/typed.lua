@@ -14,9 +14,6 @@ local PATIENCE = 60
 ---@field keys string
 ---@field ends string|nil the expected line at the cursor; nil: the end of the program
 ---@field breaks boolean|nil after a line break
----@field wait number|nil s before the keys
----@field file string|nil is written with `text` before the keys
----@field text string|nil
 ---@field signal integer|nil is sent to the program before the keys
 
 --- Types steps at `limax repl`; a step without its expected end fails the test.
@@ -31,7 +28,6 @@ function typed.run(t, steps, options)
   local list = {}
   for i, step in ipairs(steps) do
     list[i] = { keys = step.keys, ends = step.ends or host.json.null, breaks = step.breaks == true,
-      wait = step.wait or 0, file = step.file or "", text = step.text or "",
       signal = step.signal or 0 }
   end
   local command = { host.executable, "repl" }
@@ -40,10 +36,9 @@ function typed.run(t, steps, options)
   for _, word in ipairs(options.words or {}) do command[#command + 1] = word end
   process.write(folder .. "/steps.json", host.json.encode { command = command, columns = 200,
     seconds = PATIENCE, steps = list, environment = environment })
-  local pipe = io.popen(("cd %s && python3 %s <steps.json"):format(process.quote(folder),
+  local screen = process.output(("cd %s && python3 %s <steps.json"):format(process.quote(folder),
     process.quote(host.home .. "/tests/support/terminal.py")))
-  local result = assert(host.json.decode(pipe:read "*a", "the terminal's answer"))
-  pipe:close()
+  local result = assert(host.json.decode(screen, "the terminal's answer"))
   for i, step in ipairs(result.steps) do
     if step.late then
       t:equal(table.concat(step.lines, "\n"), ("step %d: ... %s"):format(i,
@@ -76,8 +71,7 @@ end
 --- Types a transcript and compares the screen with it.
 ---@param t limax.test_context
 ---@param path string
----@param options? { folder?: string }
-function typed.transcript(t, path, options)
+function typed.transcript(t, path)
   local entries = entries_of(path)
   local steps, of_entry = { { keys = "", ends = ">" } }, {}
   for i, entry in ipairs(entries) do
@@ -88,7 +82,7 @@ function typed.transcript(t, path, options)
     of_entry[i] = #steps
   end
   steps[#steps + 1] = { keys = "\4" }
-  local result = typed.run(t, steps, options)
+  local result = typed.run(t, steps)
   for i, entry in ipairs(entries) do
     local lines = result.steps[of_entry[i]].lines
     local shown = {}

@@ -1,5 +1,4 @@
-// contact_test.cpp: contacts that face anywhere: the closed form of one mass that slides down a
-// plane, and the height field: its surface, its force, what it refuses. SI units.
+// contact_test.cpp: the height field: its surface, its force, what it refuses. SI units.
 #include <doctest/doctest.h>
 
 #include <limits>
@@ -13,30 +12,6 @@ using namespace limax::test;
 using effects::terrain;
 
 namespace {
-
-constexpr double g = 9.81;     // m/s^2
-constexpr double mass = 0.1f;  // kg, of every mass
-constexpr double stiffness = 1e5;
-
-// Where a mass without springs is at the end of a simulation that it starts at rest.
-effects::vector<double> end_of_mass(const stage& scene, const effects::vector<double>& start) {
-    spring_body body = scene.body();
-    for (float& k : body.stiffness) k = 0;
-    for (int64_t site = 1; site < 8; ++site) body.mass[site] = 0;
-    body.masses = 1;
-    body.springs = 0;
-    body.total_mass = body.mass[0];
-    limax_outcome outcome{};
-    cpu::scratch memory(scene.setup.grid);
-    const auto robot =
-        cpu::make_robot(scene.setup, std::move(body), cpu::choose_passes(""), outcome);
-    effects::vector<double> end{}, velocity{};
-    robot->place(&start.x, &velocity.x);
-    robot->advance(memory, cpu::deadline::max(), 0);
-    REQUIRE(outcome.status == LIMAX_ROBOT_DONE);
-    robot->state(memory, &end.x, &velocity.x);
-    return end;
-}
 
 constexpr double spacing = 0.25;  // m
 
@@ -62,40 +37,6 @@ terrain::params<R> params_of(const scene& scene) {
 }
 
 }  // namespace
-
-TEST_CASE(
-    "a mass slides down a tilted plane with a = g (sin - mu cos), whichever way it is tilted") {
-    for (const int precision : every_precision)
-        for (const double turn : {0.0, 1.0, 2.5})
-            for (const double mu : {0.0, 0.3}) {
-                const double angle = 0.6, height = 3;
-                stage body(lattice{1, 1, 1});
-                body.setup.options.precision = precision;
-                body.setup.options.duration = 2.0;
-                const effects::vector<double> n{std::sin(angle) * std::cos(turn),
-                                                std::sin(angle) * std::sin(turn), std::cos(angle)};
-                body.effects({"gravity", "planes", "friction"});
-                // of any length, as a script may have it
-                body.set("planes", "normal", {5 * n.x, 5 * n.y, 5 * n.z})
-                    .set("planes", "offset", {height})
-                    .set("friction", "static", {mu})
-                    .set("friction", "kinetic", {mu});
-                const double d = height - mass * g * std::cos(angle) / stiffness;
-                const effects::vector<double> start{d * n.x, d * n.y, d * n.z};
-                const effects::vector<double> moved = solid::minus(end_of_mass(body, start), start);
-                CAPTURE(precision);
-                CAPTURE(turn);
-                CAPTURE(mu);
-                const double slid = 0.5 * g * (std::sin(angle) - mu * std::cos(angle)) * 4.0;
-                const double length = std::sqrt(effects::dot(moved, moved));
-                CHECK(length == doctest::Approx(slid).epsilon(1e-3));
-                // straight down the slope
-                const effects::vector<double> down{std::cos(angle) * std::cos(turn),
-                                                   std::cos(angle) * std::sin(turn),
-                                                   -std::sin(angle)};
-                CHECK(effects::dot(moved, down) == doctest::Approx(length).epsilon(1e-5));
-            }
-}
 
 TEST_CASE_TEMPLATE("a terrain of one slope is a plane and continues at its border's height", R,
                    float, double) {

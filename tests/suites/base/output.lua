@@ -2,6 +2,7 @@
 
 local base64 = require "limax.base.base64"
 local host = require "limax.host"
+local process = require "support.process"
 local shell = require "limax.base.shell"
 local source = require "limax.base.source"
 local terminal = require "limax.base.terminal"
@@ -25,9 +26,7 @@ suite:test("a printed command names a folder with control characters", function(
   local command = shell.resume_command(name)
   t:equal(terminal.shown(command), command)
   local word = command:match "%-%-resume (.*)"
-  local pipe = io.popen("bash -c " .. shell.quoted("printf %s " .. word))
-  t:equal(pipe:read "*a", name)
-  pipe:close()
+  t:equal(process.output("bash -c " .. process.quote("printf %s " .. word)), name)
 end)
 
 -- Files that write by themselves: the output of tests and users, the bar, a cleared screen.

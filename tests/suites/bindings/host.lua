@@ -98,14 +98,9 @@ suite:test("a full standard output is a failure, a closed pipe is not", function
   local folder = t:folder()
   process.write(folder .. "/p.lua", "for i = 1, 1e5 do print(i) end")
   local command = ("cd %s && %s p.lua"):format(folder, process.quote(host.executable))
-  local pipe = io.popen(("{ %s >/dev/full; echo $?; } 2>&1"):format(command))
-  local output = pipe:read "*a"
-  pipe:close()
-  t:equal(output, "limax: cannot write to the standard output: No space left on device\n1\n")
-  pipe = io.popen(("{ %s | head -n 1; } 2>&1"):format(command))
-  output = pipe:read "*a"
-  pipe:close()
-  t:equal(output, "1\n")
+  t:equal(process.output(("{ %s >/dev/full; echo $?; } 2>&1"):format(command)),
+    "limax: cannot write to the standard output: No space left on device\n1\n")
+  t:equal(process.output(("{ %s | head -n 1; } 2>&1"):format(command)), "1\n")
 end)
 
 suite:test("globals are locked, math.random and the locale are unavailable", function(t)

@@ -1,56 +1,41 @@
---- http.lua: host.http against a server in this process on the loopback interface.
+--- http.lua: host.http against the faulty server of tests/llm on the loopback interface.
 
+local faulty_server = require "support.faulty_server"
 local host = require "limax.host"
 local process = require "support.process"
-local proxies = require "support.proxies"
-local server = require "support.server"
 
 local suite = require("limax.test").suite "http"
 
-local ANSWER = "HTTP/1.1 %s\r\nContent-Length: %d\r\nX-Two: a\r\nx-two: b\r\n"
-  .. "Connection: close\r\n\r\n%s"
-
--- Sends a request from a second process; this one answers.
-local ASK = [[
+-- Sends a request from a process with these variables: the answer, or the problem.
+local function ask(t, url, environment)
+  local status, output = process.script(t:folder(), ([[
 local host = require "limax.host"
-local request = host.json.decode(arg[1])
-local answer, _, problem = host.http(request)
+local answer, _, problem = host.http { url = %q, allow_insecure = true }
 print(host.json.encode(answer or problem))
-]]
-
-local function ask(t, request, bytes, environment)
-  local folder, here = t:folder(), server.open()
-  process.write(folder .. "/ask.lua", ASK)
-  request.url = request.url or here.url .. "v1"
-  local child = process.start(folder, { "ask.lua", host.json.encode(request) }, environment)
-  local came = here:answer(bytes)
-  local status, output = child:finish()
-  here:close()
+]]):format(url), environment)
   t:equal(status, 0)
-  return t:ok(host.json.decode(output), output), came
+  return t:ok(host.json.decode(output), output)
 end
 
 suite:test("a request is sent unchanged, and its answer is complete", function(t)
-  local body = '{"a":"é\\u0000"}'
-  local answer, came = ask(t, { body = body, headers = { ["Content-Type"] = "application/json",
-    Authorization = "Bearer key" } }, ANSWER:format("201 Created", 4, "done"))
-  t:equal(answer, { status = 201, body = "done", headers = { connection = "close",
-    ["content-length"] = "4", ["x-two"] = "a, b" } })
-  t:ok(came:find("POST /v1 HTTP/1.1\r\n", 1, true) == 1, came)
-  t:ok(came:find("\r\nContent-Type: application/json\r\n", 1, true), came)
-  t:ok(came:find("\r\nAuthorization: Bearer key\r\n", 1, true), came)
-  t:ok(came:find("\r\nContent-Length: " .. #body .. "\r\n", 1, true), came)
+  local server, body = faulty_server.open(t), '{"a":"é\\u0000"}'
+  local answer = host.http { url = server:url "mirror", body = body,
+    headers = { ["Content-Type"] = "application/json", Authorization = "Bearer key" } }
+  t:equal({ answer.status, answer.headers }, { 201, { connection = "close", ["x-two"] = "a, b",
+    ["content-type"] = "application/json", ["content-length"] = tostring(#answer.body) } })
+  local came = host.json.decode(answer.body)
+  t:equal({ came.line, came.body }, { "POST /mirror/v1 HTTP/1.1", body })
+  t:equal({ came.headers["Content-Type"], came.headers.Authorization,
+    came.headers["Content-Length"] }, { "application/json", "Bearer key", tostring(#body) })
 
-  answer, came = ask(t, {}, ANSWER:format("503 Busy", 0, ""))
-  t:equal({ answer.status, answer.body }, { 503, "" })
-  t:ok(came:find("GET /v1 HTTP/1.1\r\n", 1, true) == 1, came)
-end)
-
-suite:test("requests to this machine never use a proxy", function(t)
+  came = host.json.decode(host.http { url = server:url "mirror" }.body)
+  t:equal(came.line, "GET /mirror/v1 HTTP/1.1")
+  answer = host.http { url = server:url "redirect" }
+  t:equal({ answer.status, answer.body }, { 307, "" })
   -- nothing listens on port 9
-  local answer = ask(t, {}, ANSWER:format("200 OK", 2, "me"),
-    "http_proxy=http://127.0.0.1:9 all_proxy=http://127.0.0.1:9")
-  t:equal(answer.body, "me")
+  answer = ask(t, server:url "mirror", "http_proxy=http://127.0.0.1:9 all_proxy=http://127.0.0.1:9")
+  t:equal(answer.status, 201, "requests to this machine never use a proxy")
+  server:close()
 end)
 
 suite:test("only https, or http to this machine, and no credentials in a URL", function(t)
@@ -66,11 +51,8 @@ suite:test("only https, or http to this machine, and no credentials in a URL", f
   t:equal(message, "a URL with credentials is not allowed: http://127.0.0.1:1")
   -- a name too long for any resolver: nothing leaves the machine
   local name = ("x"):rep(64) .. ".invalid"
-  local _, _, problem = proxies.with({}, function()
-    return host.http { url = "http://" .. name, allow_insecure = true }
-  end)
-  t:equal(problem.kind, "resolve")
-  _, _, problem = host.http { url = "ftp://" .. name, allow_insecure = true }
+  t:equal(ask(t, "http://" .. name, "http_proxy= all_proxy= ALL_PROXY=").kind, "resolve")
+  local _, _, problem = host.http { url = "ftp://" .. name, allow_insecure = true }
   t:equal(problem.kind, "url")
 end)
 

@@ -67,8 +67,7 @@ suite:test("stills and strips have the size and times of the options", function(
   for _, from in ipairs(view.names) do
     local words = { file, "--view", from, "--times", "0,0.2,0.5" }
     picture(t, base, { "--out", from .. ".png", "--width", "300", unpack(words) })
-    local bytes = source.read(("%s/%s.png"):format(base, from))
-    local width, height = png_size(bytes)
+    local width, height = png_size(source.read(("%s/%s.png"):format(base, from)))
     t:ok(width == 300 and height > 60 and height < 300, ("%d x %d"):format(width, height))
     picture(t, base, { "--out", "strip.svg", unpack(words) })
     trial.contains(t, source.read(base .. "/strip.svg"), "0.00 s", "0.20 s", "0.50 s", " m</text>",
@@ -114,8 +113,8 @@ suite:test("any robot of a run can be drawn, as it was simulated", function(t)
     local done = picture(t, base, { folder, "--robot", tostring(robot.id), "--out", "r.svg" })
     t:ok(done.stdout:find(("robot %d of "):format(robot.id), 1, true), done.stdout)
   end
-  local done = picture(t, base, { "r1", "--robot", "999", "--out", "r.svg" }, 1)
-  t:ok(done.stderr:find("r1 has no robot 999: it has 1 to 30", 1, true), done.stderr)
+  process.fails(t, base, 1, { "picture", "r1", "--robot", "999", "--out", "r.svg" },
+    "r1 has no robot 999: it has 1 to 30")
 end)
 
 suite:test("a run's last champion is drawn, wrong options are refused", function(t)
@@ -131,7 +130,6 @@ suite:test("a run's last champion is drawn, wrong options are refused", function
     [{ file, "--out", "x.png", "--width", "90" }] = "6 poses side by side have 9 px each",
     [{ "none.json", "--out", "x.png" }] = "none.json is neither a robot file nor a run folder",
   } do
-    done = picture(t, base, words, 2)
-    t:ok(done.stderr:find(text, 1, true), done.stderr)
+    process.fails(t, base, 2, { "picture", unpack(words) }, text)
   end
 end)

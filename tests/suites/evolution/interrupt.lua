@@ -1,8 +1,8 @@
 --- interrupt.lua: Ctrl-C ends whatever runs, and an interrupted run resumes to the same bytes.
 
 local evolution = require "support.evolution"
+local faulty_server = require "support.faulty_server"
 local process = require "support.process"
-local server = require "support.server"
 
 local suite = require("limax.test").suite "interrupt"
 
@@ -30,7 +30,7 @@ local function interrupt(t, text, signal)
   return output
 end
 
-suite:test("Ctrl-C ends interpreted loops, pcall loops, coroutines and waits", function(t)
+suite:test("Ctrl-C ends interpreted loops, pcall loops, coroutines, waits and parsers", function(t)
   for _, loop in ipairs {
     "jit.off() while true do end",
     "while true do pcall(error, 'x') end",
@@ -40,6 +40,8 @@ suite:test("Ctrl-C ends interpreted loops, pcall loops, coroutines and waits", f
     "while true do local p = io.popen 'sleep 0.01' p:read '*a' p:close() end",
     "io.popen('exec sleep 3600'):read '*a'",
     "require('limax.host').wait(3600)",
+    "require('limax.host').sandbox { source = 'return function() while true do end end', "
+      .. "name = '=loop', text = '', limits = {} }",
   } do
     t:equal(interrupt(t, READY .. loop), "ready\nlimax: interrupted\n")
   end
@@ -100,25 +102,17 @@ suite:test("clean-up runs after Ctrl-C; a second press ends at once, with a mess
     t:equal({ status, output }, { 130, "ready\ncleaned\n" })
   end)
 
-local LOOPING = [[
-local limax = require "limax"
-local function stuck() while true do pcall(error) end end
-limax.start(limax.experiment { lattice = { 2, 2, 2 }, population = 4, generations = 2,
-  repetitions = 1, simulation = { duration = 0.5, settle = 0.1, accuracy = "preview" },
-  fitness = %s, selection = %s }, { device = "cpu" }):finish()
-]]
-
 suite:test("a user's function that loops is reported after 5 s, and Ctrl-C names it",
   function(t)
     local children = {}
-    for role, script in pairs { fitness = LOOPING:format("stuck", '"tournament"'),
-      selection = LOOPING:format('"walk"', "stuck") } do
+    for _, role in ipairs { "fitness", "selection" } do
       local folder = t:folder()
-      process.write(folder .. "/script.lua", script)
-      children[role] = process.start(folder, { "script.lua" })
+      evolution.script(folder .. "/script.lua",
+        role .. " = function() while true do pcall(error) end end")
+      children[role] = process.start(folder, { "run", "script.lua", "--device", "cpu" })
     end
     for role, child in pairs(children) do
-      local name = ("the %s (script.lua:2)"):format(role)
+      local name = ("the %s (script.lua:5)"):format(role)
       child:wait_for(name .. " has been running for 5 s")
       child:signal "INT"
       local status, output = child:finish()
@@ -141,7 +135,14 @@ function hang.loop()
   end
 end
 function hang.pcall() ready() while true do pcall(tostring, {}) end end
-function hang.request() ready() require("limax.host").http { url = os.getenv "LIMAX_TEST_URL" } end
+-- asks a language model, which a scenario of the faulty server plays
+local function ask(scenario, record)
+  require("limax.supervise.llm.client").new({ model = "m",
+    url = os.getenv "LIMAX_TEST_URL" .. scenario .. "/v1" }, { record = record }):ask {
+      { role = "user", content = "json" } }
+end
+function hang.answer() ready() ask("silent", function() end) end
+function hang.retry() ask("retry_after_minute", ready) end
 function hang.simulation(robot)
   ready()
   robot:simulate { duration = 1e5 }
@@ -164,16 +165,16 @@ local RESULTS = { "r01/metrics.jsonl", "r01/ledger.jsonl", "r01/robots/g0003.npy
   "r01/genomes/g0003.npy", "r01/champions/g0003.json" }
 
 suite:test("an interrupted run resumes to the bytes of an uninterrupted one", function(t)
-  local silent, whole = server.open(), t:folder()
+  local server, whole = faulty_server.open(t), t:folder()
   process.write(whole .. "/e.lua", EXPERIMENT)
   local status, output = process.run(whole, { "run", "e.lua", "-q", "--out", "run" })
   t:ok(status == 0, output)
 
-  for _, how in ipairs { "loop", "pcall", "request", "simulation", "supervisor" } do
+  for _, how in ipairs { "loop", "pcall", "answer", "retry", "simulation", "supervisor" } do
     local folder = t:folder()
     process.write(folder .. "/e.lua", EXPERIMENT)
     local child = process.start(folder, { "run", "e.lua", "--out", "run" },
-      ("LIMAX_TEST_HANG=%s LIMAX_TEST_URL=%s"):format(how, silent.url))
+      ("LIMAX_TEST_HANG=%s LIMAX_TEST_URL=%s LIMAX_LLM_KEY=any"):format(how, server.base))
     child:wait_for "ready"
     child:signal "INT"
     status, output = child:finish()
@@ -186,5 +187,5 @@ suite:test("an interrupted run resumes to the bytes of an uninterrupted one", fu
     t:ok(status == 0, output)
     evolution.same_files(t, folder .. "/run", whole .. "/run", RESULTS)
   end
-  silent:close()
+  server:close()
 end)

@@ -107,8 +107,7 @@ files:test("keep every bit of a robot", function(t)
 end)
 
 files:test("a scored robot and a champion's file replay to the same score", function(t)
-  local experiment = limax.experiment { fitness = { "distance", axis = "x" }, lattice = { 3, 3, 3 },
-    simulation = { duration = 0.4, settle = 0.1 }, population = 6, generations = 2 }
+  local experiment = evolution.small { fitness = { "distance", axis = "x" }, generations = 2 }
   local path = t:folder() .. "/champion.json"
   local folder, champion = t:folder() .. "/r", nil
   local function check(file, robot)

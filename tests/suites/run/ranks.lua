@@ -1,8 +1,9 @@
 --- ranks.lua: one run on several ranks of mpirun gives the bytes of the plain command, wherever it
 --- was interrupted, and ends with a reason where ranks compute different things.
 
-local faulty_server = require "support.faulty_server"
 local engine = require "limax.engine"
+local evolution = require "support.evolution"
+local faulty_server = require "support.faulty_server"
 local host = require "limax.host"
 local process = require "support.process"
 local whole_runs = require "support.whole_runs"
@@ -63,9 +64,10 @@ end)
 
 -- The pids of the ranks of an mpirun.
 local function ranks_of(child)
-  local pids, pipe = {}, assert(io.popen("pgrep -P " .. child.pid))
-  for pid in pipe:lines() do pids[#pids + 1] = tonumber(pid) end
-  pipe:close()
+  local pids = {}
+  for pid in process.output("pgrep -P " .. child.pid):gmatch "%d+" do
+    pids[#pids + 1] = tonumber(pid)
+  end
   table.sort(pids)
   return pids
 end
@@ -120,10 +122,8 @@ local FAULTS = {
 for _, fault in ipairs(FAULTS) do
   test(fault[1] .. " ends the run with the reason, printed once",
     function(t, folder)
-      process.write(folder .. "/fault.lua", ([[return require("limax").experiment { name = "fault",
-        lattice = { 3, 3, 3 }, population = 12, generations = 20, repetitions = 1,
-        simulation = { duration = 0.5, settle = 0.1 }, supervisor = "fixed", %s }]]):format(
-        fault[2]))
+      evolution.script(folder .. "/fault.lua", [[lattice = { 3, 3, 3 }, population = 12,
+        generations = 20, simulation = { duration = 0.5, settle = 0.1 }, ]] .. fault[2])
       local done = on(3, folder, "run", "fault.lua", "-q", "--device", "cpu")
       local _, reports = done.stderr:gsub("limax: ", "")
       local text = done.stderr:match "limax: (.*)" or ""
@@ -133,10 +133,8 @@ end
 
 test("only one rank asks a language model", function(t, folder)
   local server = faulty_server.open(t)
-  process.write(folder .. "/asks.lua", ([[return require("limax").experiment { name = "asks",
-    lattice = { 3, 3, 3 }, population = 6, generations = 4, repetitions = 1, fitness = "walk",
-    simulation = { duration = 0.1, settle = 0.02 },
-    supervisor = { "llm", url = %q, model = "m" } }]]):format(server:url "good"))
+  evolution.script(folder .. "/asks.lua", ([[generations = 4,
+    supervisor = { "llm", url = %q, model = "m" }]]):format(server:url "good"))
   completes(0, t, folder, "run", "asks.lua", "-q", "--out", "0")
   completes(3, t, folder, "run", "asks.lua", "-q", "--out", "3")
   t:equal(server:ask "counts".good.requests, 2 * 3)

@@ -5,7 +5,6 @@
 local engine = require "limax.engine"
 local histories = require "support.histories"
 local host = require "limax.host"
-local model_stage = require "support.model_stage"
 local parse = require "limax.supervise.llm.parse"
 local proposals = require "limax.supervise.proposals"
 local source = require "limax.base.source"
@@ -176,7 +175,8 @@ local locate = setfenv(assert(loadstring(parse.from().source)), { json = host.js
 suite:test("ten thousand random answers", { limit = 120 }, function(t)
   local limits, limit_of, count = proposals.limits(10), {}, 10000
   for _, limit in ipairs(limits) do limit_of[limit.field] = limit end
-  local pick, found = model_stage.picks(1), 0
+  local random, found = engine.random(1, 1, "user"), 0
+  local function pick(n) return random:integer(n) end
   for k = 1, count do
     local text = answer(pick)
     local place = ("answer %d: %q"):format(k, text)

@@ -114,18 +114,3 @@ suite:test("errors and values that JSON cannot hold come back as a message", fun
   local ok, message = host.sandbox { source = "return 7", name = "=n", text = "", limits = {} }
   t:equal({ ok, message }, { false, "expected a file that returns a function, got number" })
 end)
-
-suite:test("Ctrl-C ends the wait for a parser", function(t)
-  local folder = t:folder()
-  process.write(folder .. "/loop.lua", [[
-    io.stderr:write "ready\n"
-    require("limax.host").sandbox { source = "return function() while true do end end",
-      name = "=loop", text = "", limits = {} }
-    print "not reached"]])
-  local child = process.start(folder, { "loop.lua" })
-  child:wait_for "ready"
-  child:signal "INT"
-  local status, output = child:finish()
-  t:equal(status, 130)
-  t:ok(not output:find("not reached", 1, true), output)
-end)

@@ -55,8 +55,7 @@ suite:test("every example runs at the prompt", function(t)
 return require("limax").experiment { name = "walk", fitness = "walk", generations = 2,
   repetitions = 1, simulation = { duration = 0.1, settle = 0 }, supervisor = "random" }
 ]])
-  os.execute(("cd %s; %s run walk.lua -q >/dev/null 2>&1"):format(process.quote(folder),
-    process.quote(host.executable)))
+  process.completes(t, folder, { "run", "walk.lua", "-q" })
   for _, group in ipairs(api.groups()) do
     local lines = { group.stage or "" }
     for _, entry in ipairs(group.list) do
@@ -64,10 +63,9 @@ return require("limax").experiment { name = "walk", fitness = "walk", generation
       lines[#lines + 1] = entry.example
     end
     process.write(folder .. "/input", table.concat(lines, "\n") .. "\n")
-    local pipe = io.popen(("cd %s; TERM=dumb %s repl <input 2>&1 >output; echo status $?"):format(
-      process.quote(folder), process.quote(host.executable)))
-    t:equal(("%s: %s"):format(group.title, pipe:read "*a"), group.title .. ": status 0\n")
-    pipe:close()
+    local problems = process.output(("cd %s; TERM=dumb %s repl <input 2>&1 >output; echo status $?")
+      :format(process.quote(folder), process.quote(host.executable)))
+    t:equal({ group.title, problems }, { group.title, "status 0\n" })
   end
 end)
 

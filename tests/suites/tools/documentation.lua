@@ -108,10 +108,7 @@ local function real_runs(t)
 end
 
 local function files_below(folder)
-  local pipe, list = io.popen(("cd '%s' && find . -type f -printf '%%P\n'"):format(folder)), {}
-  for name in pipe:lines() do list[#list + 1] = name end
-  pipe:close()
-  return list
+  return process.output(("cd '%s' && find . -type f -printf '%%P\n'"):format(folder))
 end
 
 -- The name of a file as in the page's table of files.
@@ -121,20 +118,25 @@ local function listed_as(name)
     :gsub("^scripts/.*", "scripts/FILE"):gsub("^prompts/%x+", "prompts/HASH"))
 end
 
--- The headings of the objects that are compared; supervise/llm_server.lua compares transcripts.
-local OBJECTS = { "config.json", "metrics.jsonl", "ledger.jsonl", "timing.jsonl",
-  "champions/gNNNN.json", "Journal: begin", "Journal: generation", "Journal: cut", "Journal: end" }
+-- The headings of the objects that are compared.
+local OBJECTS = { "config.json", "metrics.jsonl", "ledger.jsonl", "timing.jsonl", "Attempt",
+  "Decision", "champions/gNNNN.json", "Journal: begin", "Journal: generation", "Journal: cut",
+  "Journal: end" }
 
--- Compares the lines of a journal with the sections of their kinds.
-local function compare_journal(t, text, trees)
-  for row in text:gmatch "[^\n]+" do
+-- Files whose lines have kinds: how a line is read, and its section.
+local KINDS = {
+  ["journal.jsonl"] = function(row)
     local line = assert(sealed.open(row))
     local kind = line.kind
     -- whatever the script keeps
     line.kind, line.state = nil, line.state and true
-    field_page.compare(t, line, trees["Journal: " .. kind])
-  end
-end
+    return line, "Journal: " .. kind
+  end,
+  ["transcript.jsonl"] = function(row)
+    local line = assert(host.json.decode(row))
+    return line, line.kind == "attempt" and "Attempt" or "Decision"
+  end,
+}
 
 suite:test("a run folder has the files and fields of the page", function(t)
   local sections, trees = field_page.read(), {}
@@ -142,15 +144,15 @@ suite:test("a run folder has the files and fields of the page", function(t)
   -- file of the page -> run -> true
   local seen = {}
   for run, folder in pairs(real_runs(t)) do
-    for _, name in ipairs(files_below(folder)) do
+    for name in files_below(folder):gmatch "[^\n]+" do
       local listed, text = listed_as(name), source.read(folder .. "/" .. name)
       seen[listed] = seen[listed] or {}
       seen[listed][run] = true
       local heading = listed:gsub("^rNN/", ""):gsub("^config%-N", "config")
-      if listed == "journal.jsonl" then compare_journal(t, text, trees) end
-      if trees[heading] then
-        for object in text:gmatch(heading:match "%.jsonl$" and "[^\n]+" or ".+") do
-          field_page.compare(t, assert(host.json.decode(object, name)), trees[heading])
+      if trees[heading] or KINDS[listed] then
+        for row in text:gmatch(listed:match "%.jsonl$" and "[^\n]+" or ".+") do
+          local object, kind = (KINDS[listed] or host.json.decode)(row, name)
+          field_page.compare(t, assert(object), trees[KINDS[listed] and kind or heading])
         end
       end
     end

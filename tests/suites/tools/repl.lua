@@ -1,5 +1,4 @@
---- repl.lua: `limax repl` without a terminal: piped text, -e, -l, -i, files; how
---- values are shown.
+--- repl.lua: `limax repl` without a terminal: piped text, -e, -l, -i, files; how values are shown.
 
 local array_text = require "limax.tools.repl.array_text"
 local host = require "limax.host"
@@ -12,12 +11,8 @@ local suite = require("limax.test").suite "repl"
 -- The output of `limax repl` with these words without a terminal, and its status.
 local function run(folder, words, input)
   process.write(folder .. "/input", input or "")
-  local pipe = io.popen(('cd %s; HOME="$PWD" XDG_CONFIG_HOME= %s repl %s <input 2>&1; '
-    .. 'echo status $?'):format(process.quote(folder),
-    process.quote(host.executable), words))
-  local output = pipe:read "*a"
-  pipe:close()
-  return output
+  return process.output(('cd %s; HOME="$PWD" XDG_CONFIG_HOME= %s repl %s <input 2>&1; '
+    .. 'echo status $?'):format(process.quote(folder), process.quote(host.executable), words))
 end
 
 suite:test("statements of many lines are run when they are complete", function(t)

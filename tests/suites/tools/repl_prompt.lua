@@ -18,8 +18,7 @@ end
 
 local prompt, leave = { keys = "", ends = ">" }, { keys = "\4" }
 local function line(text) return { keys = text .. "\n", ends = ">", breaks = true } end
--- Ctrl-C, after `wait` seconds
-local function stop(wait) return { keys = "\3", ends = ">", breaks = true, wait = wait } end
+local stop = { keys = "\3", ends = ">", breaks = true } -- Ctrl-C
 -- A line of which `shown` is printed, and which does not end; the typed text does not contain it.
 local function endless(text, shown)
   return { keys = ("io.write('%s' .. '%s') io.stdout:flush() %s\n"):format(shown:sub(1, 2),
@@ -43,10 +42,10 @@ suite:test("the start-up file runs before the first prompt", function(t)
 end)
 
 suite:test("Ctrl-C returns to the prompt and keeps names", function(t)
-  local done = typed.run(t, { prompt, line "x = 3", endless("while true do end", "loop"), stop(),
-    line "error 'boo'", { keys = "half a line", ends = "> half a line" }, stop(),
-    { keys = "function f()\n", ends = "..", breaks = true }, stop(),
-    endless("jit.off() while true do pcall(tostring) end", "loop"), stop(), line "x + 2", leave })
+  local done = typed.run(t, { prompt, line "x = 3", endless("while true do end", "loop"), stop,
+    line "error 'boo'", { keys = "half a line", ends = "> half a line" }, stop,
+    { keys = "function f()\n", ends = "..", breaks = true }, stop,
+    endless("jit.off() while true do pcall(tostring) end", "loop"), stop, line "x + 2", leave })
   for step, lines in pairs { [4] = { "loopinterrupted", ">" }, [7] = { "> half a line^C", ">" },
     [9] = { ".. ^C", ">" }, [11] = { "loopinterrupted", ">" }, [12] = { "> x + 2", "5", ">" } } do
     t:equal(table.concat(done.steps[step].lines, "\n"):gsub("%^Ci", "i"), table.concat(lines, "\n"))
@@ -68,9 +67,7 @@ suite:test("history keeps whole statements, readable only by the user", function
     { folder = folder })
   t:equal(process.read(folder .. "/state/limax/history"),
     "first = 1\nfor i = 1, 2 do\\nend\nfirst = 1\n")
-  local mode = io.popen(("stat -c %%a %s"):format(process.quote(folder .. "/state/limax/history")))
-  t:equal(mode:read "*l", "600")
-  mode:close()
+  t:equal(process.output("stat -c %a " .. process.quote(folder .. "/state/limax/history")), "600\n")
   local up = "\16" -- Ctrl-P
   local second = typed.run(t, { prompt, { keys = up, ends = "> first = 1" },
     { keys = up, ends = "end" }, { keys = "\n", ends = ">", breaks = true }, leave },

@@ -19,9 +19,7 @@ local OPTIONS = " --headless --no-sandbox --disable-gpu-sandbox --use-gl=angle"
 -- The browser's path; the test is skipped where there is none.
 local function chromium(t)
   for _, name in ipairs { "chromium", "chromium-browser", "google-chrome" } do
-    local pipe = io.popen("command -v " .. name .. " 2>/dev/null")
-    local path = pipe:read "*l"
-    pipe:close()
+    local path = process.output("command -v " .. name .. " 2>/dev/null"):match "[^\n]+"
     if path then return path end
   end
   t:skip "there is no Chromium here (on Debian: apt-get install chromium)"

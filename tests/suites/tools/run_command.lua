@@ -9,21 +9,15 @@ local trial = require "support.trial"
 
 local suite = require("limax.test").suite "limax run"
 
-local EXPERIMENT = [[
-local limax = require "limax"
-return limax.experiment {
-  name = "try", lattice = { 2, 2, 2 }, population = 20, generations = 3, repetitions = 1,
-  simulation = { duration = 0.5, settle = 0.1, accuracy = "preview" }, supervisor = "fixed",
-  fitness = function(robot)
+local LAME = [[population = 20, simulation = { duration = 0.5, settle = 0.1,
+    accuracy = "preview" }, fitness = function(robot)
     if robot.generation > 0 and robot.id % 20 == 0 then error "lame" end
     return robot:distance()
-  end,
-}
-]]
+  end]]
 
 local function run(t, ...)
   local folder = t:folder()
-  process.write(folder .. "/try.lua", EXPERIMENT)
+  evolution.script(folder .. "/try.lua", LAME)
   local done = process.completes(t, folder, { "run", "try.lua", "--out", "r", ... })
   return done, folder
 end
@@ -36,7 +30,7 @@ suite:test("-q silences progress and summary, not warnings, and draws the champi
   local warnings = done.stderr:gsub("limax: compiled the kernel [^\n]*\n", "")
   t:equal(warnings, "! scene.friction: static 0.1 is below kinetic 0.8; the law is then plain "
     .. "Coulomb friction at 0.8\n! robot 40 of generation 1 gets no score: the fitness failed: "
-    .. "try.lua:6: lame\n")
+    .. "try.lua:7: lame\n")
   t:equal(host.file.exists(folder .. "/r/champion.svg"), "file")
   done = run(t, "-q", "--set", "simulation.time_step=0.001")
   t:ok(done.stderr:find "^! simulation.time_step = 0.001 s is above the limit", done.stderr)
@@ -45,7 +39,7 @@ end)
 suite:test("progress is not written into data files where standard streams are closed", function(t)
   local _, expected = run(t, "--set", "supervisor=rules")
   local folder = t:folder()
-  process.write(folder .. "/try.lua", EXPERIMENT)
+  evolution.script(folder .. "/try.lua", LAME)
   process.completes(t, folder, { "run", "try.lua", "--out", "r", "--set", "supervisor=rules" },
     { before = "exec <&- >&- 2>&-;" })
   evolution.same_files(t, folder .. "/r", expected .. "/r", { "r01/metrics.jsonl",
@@ -67,9 +61,7 @@ end)
 
 suite:test("a supervisor that always fails is in summary, metrics, compare and report", function(t)
   local folder = t:folder()
-  local failing = EXPERIMENT:gsub('supervisor = "fixed"',
-    'supervisor = function() error "no idea" end'):gsub("fitness = .*", 'fitness = "walk" }')
-  process.write(folder .. "/mine.lua", failing)
+  evolution.script(folder .. "/mine.lua", 'supervisor = function() error "no idea" end')
   local done = process.completes(t, folder, { "run", "mine.lua", "--out", "r" })
   local loud = "FAILED IN EVERY GENERATION (2 of 2)"
   trial.contains(t, done.stdout, loud)
@@ -99,11 +91,8 @@ end)
 
 -- The hashes of all files of a folder.
 local function hashes(folder)
-  local pipe = io.popen(("cd %s && find . -type f -exec sha256sum {} + | sort"):format(
+  return process.output(("cd %s && find . -type f -exec sha256sum {} + | sort"):format(
     process.quote(folder)))
-  local text = pipe:read "*a"
-  pipe:close()
-  return text
 end
 
 suite:test("curves and the best are printed, and no file is changed", function(t)

@@ -4,6 +4,7 @@
 local compare = require "limax.tools.test.compare"
 local engine = require "limax.engine"
 local host = require "limax.host"
+local process = require "support.process"
 local shell = require "limax.base.shell"
 local test = require "limax.test"
 local trials = require "support.trial"
@@ -29,9 +30,7 @@ printing:test("plain lines, and a command line for what failed", function(t)
     ("FAIL trial: it's out [of luck]\n        %s:3: no ? luck\n"):format(path),
     "skip trial: waits (not today)", "\n1 passed, 1 failed, 1 skipped\n")
   local line = output:match "to run only what failed:\n  ([^\n]+)\n"
-  local pipe = io.popen(line .. " 2>&1")
-  contains(t, pipe:read "*a", "\n0 passed, 1 failed, 0 skipped\n")
-  pipe:close()
+  contains(t, process.output(line .. " 2>&1"), "\n0 passed, 1 failed, 0 skipped\n")
   contains(t, limax("test", path, "--only", "trial: long"), "\n0 passed, 1 failed, 0 skipped\n")
   -- -q prints only failures and the last line
   output = limax("test", path, "-q")
