@@ -46,7 +46,7 @@ typedef enum limax_status {
 } limax_status;
 
 enum {
-    LIMAX_ABI = 11, /* raised whenever a declaration of this file changes */
+    LIMAX_ABI = 12, /* raised whenever a declaration of this file changes */
     LIMAX_MAX_MATERIALS = 16,
     LIMAX_MAX_HIDDEN = 8
 };
@@ -498,6 +498,16 @@ limax_status limax_simulations_advance(limax_simulation* const* simulations, int
  * call that needs their results waits for them. On the CPU nothing happens until then. */
 limax_status limax_simulations_begin(limax_simulation* const* simulations, int32_t count,
                                      double seconds);
+/* The deepest contact of a body, or of the rigid block, with an obstacle at its start, if it is
+ * deeper than a twentieth of an edge: what pushes masses out then throws the body. */
+typedef struct limax_overlap {
+    const char* subject;  /* "robot 3", from 1, or "the block"; empty if nothing overlaps */
+    const char* obstacle; /* "scene.boxes[2]" */
+    double depth;         /* m */
+    int32_t robots;       /* that overlap something */
+} limax_overlap;
+/* Texts are valid until `_free`. */
+limax_status limax_simulation_overlap(const limax_simulation* simulation, limax_overlap* out);
 const limax_outcome* limax_simulation_outcomes(const limax_simulation* simulation); /* [robot] */
 /* One robot's trace: samples so far, values per sample, and the data, [sample][width]; valid until
  * `_free`. Null data and 0 samples for a robot that was not simulated; LIMAX_INVALID_ARGUMENT if
@@ -531,11 +541,34 @@ limax_status limax_simulation_block(const limax_simulation* simulation, int32_t 
  * next call for this simulation. */
 limax_status limax_simulation_describe(limax_simulation* simulation, const char** out);
 
+/* ---- scripted forces ------------------------------------------------------------------------ */
+
+enum { LIMAX_MOST_SCRIPTS = 8 };
+typedef struct limax_script_slope {
+    const char* name;        /* alive as long as the scene */
+    int32_t bounded;         /* whether the scene states its bound */
+    double stated_stiffness; /* N/m */
+    double stated_damping;   /* N s/m */
+    double stiffness;        /* largest |df/dx| along an axis over the masses, N/m */
+    double damping;          /* largest |df/dv|, N s/m */
+} limax_script_slope;
+/* How steep each scripted force of a scene is at the masses of one robot, by central differences:
+ * `positions` and `velocities` are [mass][3], m in the world and m/s, `time` is in s, `out` is
+ * [LIMAX_MOST_SCRIPTS]. Of the options edge and sharing count. */
+limax_status limax_script_slopes(limax_population* population, int32_t robot,
+                                 const limax_materials* materials, const limax_scene* scene,
+                                 const limax_simulation_options* options, const double* positions,
+                                 const double* velocities, double time, limax_script_slope* out,
+                                 int32_t* count);
+
 /* ---- natural modes --------------------------------------------------------------------------- */
 
 typedef struct limax_mode {
     double frequency;     /* Hz, without damping */
     double damping_ratio; /* 1 */
+    /* Largest displacement of a mass in this mode if the muscles pulled slowly, m: by the sine and
+     * by the cosine of their drive. 0 in a scene without actuation. */
+    double sine, cosine;
 } limax_mode;
 
 /* Small vibrations of one robot about a pose at rest, the lowest frequencies first. `positions` is

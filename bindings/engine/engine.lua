@@ -14,6 +14,7 @@ local pareto = require "limax.engine.pareto"
 local population = require "limax.engine.population"
 local random = require "limax.engine.random"
 local scene = require "limax.engine.scene"
+local script_slopes = require "limax.engine.script_slopes"
 local simulation = require "limax.engine.simulation"
 local view = require "limax.engine.view"
 
@@ -34,6 +35,7 @@ return {
   advance_together = simulation.advance_together,
   begin_together = simulation.begin_together,
   modes = modes,
+  script_slopes = script_slopes,
   random = random,
   pareto = pareto,
 

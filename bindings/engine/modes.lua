@@ -16,6 +16,7 @@ local count_rule = schema.whole(1, 1000)
 ---@class limax.mode
 ---@field frequency number Hz, without damping
 ---@field damping_ratio number 1; above 1 it does not vibrate
+---@field slow number m, largest displacement of a mass in this mode if the muscles pulled slowly
 ---@field shape limax.view displacements [mass][3], the largest of length 1
 
 --- The modes of the lowest frequencies of robot i, fewer if it has fewer.
@@ -48,6 +49,7 @@ local function modes(robots, i, table_of_materials, in_scene, options, positions
   local list = {}
   for k = 1, counts[0] do
     list[k] = { frequency = found[k - 1].frequency, damping_ratio = found[k - 1].damping_ratio,
+      slow = math.sqrt(found[k - 1].sine ^ 2 + found[k - 1].cosine ^ 2),
       shape = view.new(shapes, "shape", "double", shapes + 3 * masses * (k - 1), { masses, 3 }) }
   end
   return list, counts[1]

@@ -92,6 +92,24 @@ local function simulation(robots, table_of_materials, in_scene, options, on, mas
   end, { count = robots.count, record = recorded, masses = masses })
 end
 
+---@class limax.overlap
+---@field subject string "robot 3" or "the block"
+---@field obstacle string "scene.boxes[2]"
+---@field depth number m, of the deepest place
+---@field robots integer that begin inside something
+
+--- The deepest place of a body, or of the block, that begins inside an obstacle by more than a
+--- twentieth of an edge; nil if none does.
+---@return limax.overlap|nil
+function methods:overlap()
+  local what = "simulation:overlap"
+  local out = ffi.new "limax_overlap"
+  abi.check(C.limax_simulation_overlap(object.handle(what, self, class), out), what)
+  if out.depth == 0 then return nil end
+  return { subject = ffi.string(out.subject), obstacle = ffi.string(out.obstacle),
+    depth = out.depth, robots = out.robots }
+end
+
 ---@class limax.progress
 ---@field done integer robots that have ended, whatever their status
 ---@field robots integer robots that are simulated

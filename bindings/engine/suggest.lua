@@ -23,6 +23,9 @@ function suggest.distance(a, b)
   return row[#b]
 end
 
+-- Words for a candidate that no typing error explains.
+local SYNONYMS = { gpu = "cuda", nvidia = "cuda" }
+
 --- The candidate nearest to `name`, or nil if none is near enough for a typing error. Of equally
 --- near ones the first in the alphabet.
 function suggest.nearest(name, candidates)
@@ -35,6 +38,7 @@ function suggest.nearest(name, candidates)
     -- one at least
     local starts = #name >= 3 and candidate:lower():sub(1, #name) == name:lower()
     if starts then distance = math.min(distance, 1) end
+    if candidate == SYNONYMS[name:lower()] then return candidate end
     if distance <= math.max(1, math.floor((longer + 1) / 3)) and distance < longer then
       if best == nil or distance < best_distance
         or distance == best_distance and candidate < best then

@@ -17,6 +17,7 @@
 #include "body/material.h"
 #include "genome/population.h"
 #include "limax.h"
+#include "physics/overlap.h"
 
 // Handles share what they point to with their children, so that any order of freeing is safe. What
 // changes has `users`: the calls that are at work on it, of which only reading ones may be several.
@@ -43,6 +44,7 @@ struct limax_simulation {
     std::unique_ptr<limax::simulation> it;
     int32_t count;
     limax_simulation_options options;
+    limax::overlap overlap = {};
     mutable std::shared_mutex users = {};
 };
 

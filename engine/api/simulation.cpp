@@ -113,7 +113,7 @@ limax::simulation_setup limax::api::make_setup(const limax::population& populati
     }
     // a fixed step is refused here rather than by the first robot that is prepared, and so are
     // traces that would not fit; the number of samples does not depend on the step
-    const limax::schedule plan = limax::make_schedule(options, scene, 1.0);
+    const limax::schedule plan = limax::make_schedule(options, scene, setup.grid, 1.0);
     double traces = 0;
     for (int32_t i = 0; i < setup.count; ++i)
         for (int32_t kind = 0; setup.mask[i] && kind < LIMAX_TRACE_KINDS; ++kind)
@@ -155,8 +155,12 @@ limax_status limax_simulation_create(const limax_population* population,
         require("options, device, out", options, device, out);
         auto setup =
             make_setup(population->it, materials->it, scene->it, *options, mask, *device->it);
+        // const access leaves the bodies on the device
+        const limax::population& bodies = population->it;
+        auto overlap = limax::find_overlap(bodies.grid(), *options, scene->it, setup.mask,
+                                           [&] { return bodies.voxels(); });
         *out = new limax_simulation{device->it, device->it->simulate(std::move(setup)),
-                                    population->it.count(), *options};
+                                    population->it.count(), *options, std::move(overlap)};
     });
 }
 void limax_simulation_free(limax_simulation* simulation) { delete simulation; }
@@ -195,6 +199,14 @@ limax_status limax_simulations_advance(limax_simulation* const* simulations, int
             attempt([&] { simulations[sent]->it->enqueue(seconds / count); });
         for (int32_t i = 0; i < sent; ++i) attempt([&] { out[i] = simulations[i]->it->collect(); });
         if (failure) std::rethrow_exception(failure);
+    });
+}
+limax_status limax_simulation_overlap(const limax_simulation* simulation, limax_overlap* out) {
+    return guard([&] {
+        const auto use = reading(simulation, "simulation");
+        require("out", out);
+        const limax::overlap& found = simulation->overlap;
+        *out = {found.subject.c_str(), found.obstacle.c_str(), found.depth, found.robots};
     });
 }
 const limax_outcome* limax_simulation_outcomes(const limax_simulation* simulation) {

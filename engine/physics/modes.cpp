@@ -41,6 +41,8 @@ struct linear_body {
     std::vector<freedom> masses;
     std::vector<double> roots;  // of the masses, sqrt(kg)
     sparse stiffness, damping;  // M^-1/2 K M^-1/2 in 1/s^2 and M^-1/2 C M^-1/2 in 1/s
+    // M^-1/2 times the forces of the muscles' sine and cosine, N / kg^1/2
+    Eigen::VectorXd sine, cosine;
     int size() const { return int(stiffness.rows()); }
 };
 
@@ -152,6 +154,12 @@ linear_body linearised(const spring_body& body, const scene& scene, const double
         out.masses.push_back(mine);
     }
     assembly stiffness{out.masses, out.roots, {}}, damping{out.masses, out.roots, {}};
+    out.sine = out.cosine = Eigen::VectorXd::Zero(size);
+    const auto push = [&](Eigen::VectorXd& forces, int i, const Eigen::Vector3d& force) {
+        const freedom& mine = out.masses[std::size_t(i)];
+        forces.segment(mine.first, mine.count) +=
+            mine.axes.leftCols(mine.count).transpose() * force / out.roots[std::size_t(i)];
+    };
     each_spring(body, [&](int64_t slot, int i, int j, double rest) {
         const Eigen::Map<const Eigen::Vector3d> from(&places[3 * std::size_t(i)]),
             to(&places[3 * std::size_t(j)]);
@@ -162,6 +170,13 @@ linear_body linearised(const spring_body& body, const scene& scene, const double
         stiffness.add_spring(
             i, j, k * ((1 - tension) * along_it + tension * Eigen::Matrix3d::Identity()));
         if (damped) damping.add_spring(i, j, double(body.damping[slot]) * along_it);
+        if (body.sine.size() == 0) return;
+        // a longer rest length pushes the ends apart
+        for (const int end : {i, j}) {
+            const Eigen::Vector3d apart = (end == j ? k : -k) * n;
+            push(out.sine, end, double(body.sine[slot]) * apart);
+            push(out.cosine, end, double(body.cosine[slot]) * apart);
+        }
     });
     for (int i = 0; i < body.masses; ++i) {
         stiffness.add(i, i, contacts[std::size_t(i)].stiffness);
@@ -270,9 +285,9 @@ eigenpairs lowest_by_lanczos(const sparse& a, shifted& solver, int wanted, doubl
 }
 
 // Displacements of the masses in a mode, the largest of length 1 and upwards, to the right or to
-// the back.
-void write_shape(const linear_body& body, const Eigen::VectorXd& vector,
-                 std::vector<double>& shapes) {
+// the back. Returns that length before it is scaled, 1 / kg^1/2.
+double write_shape(const linear_body& body, const Eigen::VectorXd& vector,
+                   std::vector<double>& shapes) {
     std::vector<Eigen::Vector3d> moves;
     double most = 0, sign = 1;
     for (std::size_t i = 0; i < body.masses.size(); ++i) {
@@ -288,6 +303,7 @@ void write_shape(const linear_body& body, const Eigen::VectorXd& vector,
     }
     for (const Eigen::Vector3d& move : moves)
         for (int axis = 0; axis < 3; ++axis) shapes.push_back(sign / most * move[axis]);
+    return most;
 }
 
 }  // namespace
@@ -319,8 +335,10 @@ natural_modes modes_of(const spring_body& body, const scene& scene, const double
     for (int k = out.rigid; k < wanted; ++k) {
         const Eigen::VectorXd x = pairs.vectors.col(k);
         const double w = std::sqrt(pairs.values[k]);
-        out.modes.push_back({w / radians_of_turn, x.dot(system.damping * x) / (2 * w)});
-        write_shape(system, x, out.shapes);
+        const double most = write_shape(system, x, out.shapes);
+        out.modes.push_back({w / radians_of_turn, x.dot(system.damping * x) / (2 * w),
+                             most * std::fabs(x.dot(system.sine)) / (w * w),
+                             most * std::fabs(x.dot(system.cosine)) / (w * w)});
     }
     return out;
 }

@@ -5,6 +5,8 @@
 // contact that touches adds its k and c along its normal, and friction holds what touches across
 // it; wind adds its drag to C. A mode is an eigenvector of K x = w^2 M x, its damping ratio x.C x /
 // (2 w x.M x), which is exact where C is diagonal in the modes and else to first order in C.
+// The rest lengths of muscles that change slowly by A sin + B cos push with k A and k B along each
+// spring; the mode then moves by x.F / w^2.
 // Ignored are the block, self-collision, drag on faces, which is quadratic, and scripted forces.
 #pragma once
 

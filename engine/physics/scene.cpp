@@ -31,13 +31,6 @@ std::vector<std::vector<double>> sorted(std::vector<std::vector<double>> instanc
     return instances;
 }
 
-// "scene.ground", or "scene.planes[2]" of an effect that may be there several times.
-std::string name_of_instance(int effect, std::size_t instance) {
-    const effect_entry& entry = effect_entries()[effect];
-    return entry.most_instances == 1 ? format("scene.%s", entry.name)
-                                     : format("scene.%s[%zu]", entry.name, instance + 1);
-}
-
 int find_effect(const std::string& name) {
     const auto& entries = effect_entries();
     std::string names;
@@ -46,13 +39,21 @@ int find_effect(const std::string& name) {
         names += (names.empty() ? "" : ", ") + std::string(entries[i].name);
     }
     fail(LIMAX_INVALID_ARGUMENT,
-         format("scene: there is no effect '%s'; there are %s", name.c_str(), names.c_str()));
+         format("scene: there is no effect '%s'; there are %s; an effect of your own has a text "
+                "'force'",
+                name.c_str(), names.c_str()));
 }
 
 }  // namespace
 
 std::string one_of(const std::string& names) {
     return names.find(',') == std::string::npos ? "'" + names + "'" : "one of " + names;
+}
+
+std::string name_of_instance(int effect, std::size_t instance) {
+    const effect_entry& entry = effect_entries()[effect];
+    return entry.most_instances == 1 ? format("scene.%s", entry.name)
+                                     : format("scene.%s[%zu]", entry.name, instance + 1);
 }
 
 scene::scene() {
@@ -148,7 +149,7 @@ void scene::set_heights(const std::string& effect, const std::string& name, cons
 
 void scene::add_script(const std::string& name, const std::string& text,
                        const std::vector<scripted::parameter>& parameters, const double* bound) {
-    constexpr std::size_t most_scripts = 8;
+    constexpr std::size_t most_scripts = LIMAX_MOST_SCRIPTS;
     constexpr double most_stiffness = 1e9, most_damping = 1e9;  // N/m, N s/m: those of contacts
     const std::string place = "scene." + name;
     if (scripts_.size() == most_scripts)

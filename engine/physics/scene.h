@@ -27,6 +27,9 @@ const std::vector<effect_entry>& effect_entries();
 // "'ground'", or "one of ground, planes", for messages.
 std::string one_of(const std::string& names);
 
+// "scene.ground", or "scene.planes[2]" of an effect that may be there several times.
+std::string name_of_instance(int effect, std::size_t instance);
+
 // An effect that a script brings: a force on every mass.
 struct scripted_effect {
     std::string name;
@@ -62,6 +65,11 @@ public:
     // does not affect results.
     const double* values(int effect, int instance = 0) const {
         return has(effect) ? sorted_[effect][instance].data() : defaults_[effect].data();
+    }
+
+    // The same, in the order of adding.
+    const double* values_as_added(int effect, int instance) const {
+        return instances_[effect][instance].data();
     }
 
     // Sorted by their names, so that the order of adding does not affect results.

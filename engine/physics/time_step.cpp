@@ -22,9 +22,33 @@ constexpr double most_steps = 9e18;
 // A ratio of decimal numbers is whole if it is so to this share: their rounding is about 1e-16.
 constexpr double whole_within = 1e-9, rounding = 1e-12;
 
-// The square of the speed at which a point with this start and velocity first reaches the ground, a
-// plane or terrain, (m/s)^2.
-double squared_arrival_speed(const effects::vector<double>& start, const double velocity[3],
+// The distance along `direction`, a unit vector, from which two boxes with edges along the axes
+// first touch: the one that moves has its lowest corner at `start`. Infinite if they never do, or
+// if they overlap at the start. m.
+double way_to_box(const effects::vector<double>& start, const effects::vector<double>& size,
+                  const effects::vector<double>& direction, const effects::vector<double>& from,
+                  const effects::vector<double>& to) {
+    double enter = -HUGE_VAL, leave = HUGE_VAL;
+    const auto along_axis = [&](double at, double extent, double step, double low, double high) {
+        const double before = low - extent - at, after = high - at;
+        if (step == 0) {
+            if (before >= 0 || after <= 0) enter = HUGE_VAL;
+            return;
+        }
+        enter = std::max(enter, std::min(before / step, after / step));
+        leave = std::min(leave, std::max(before / step, after / step));
+    };
+    along_axis(start.x, size.x, direction.x, from.x, to.x);
+    along_axis(start.y, size.y, direction.y, from.y, to.y);
+    along_axis(start.z, size.z, direction.z, from.z, to.z);
+    return enter > 0 && enter < leave ? enter : HUGE_VAL;
+}
+
+// The square of the speed at which a box with this lowest corner, size and velocity first reaches
+// what is below it, (m/s)^2: by its corner the ground, a plane or terrain, anywhere a box or a
+// sphere, of which the box around it counts.
+double squared_arrival_speed(const effects::vector<double>& start,
+                             const effects::vector<double>& size, const double velocity[3],
                              const limax_simulation_options& options, const scene& scene) {
     using namespace effects;
     double squared = 0;
@@ -35,7 +59,20 @@ double squared_arrival_speed(const effects::vector<double>& start, const double 
     double way = HUGE_VAL;
     const double world[3] = {0, 0, 0};
     for_each([&]<class E>(E) {
-        // obstacles may be missed
+        if constexpr (same_type<E, boxes> || same_type<E, spheres>)
+            for (int i = 0; i < scene.instances(index_of<E>) && strength > 0; ++i) {
+                const auto p = E::template make<double>(scene.values(index_of<E>, i), world);
+                vector<double> half;
+                if constexpr (same_type<E, boxes>)
+                    half = p.half;
+                else
+                    half = {p.radius, p.radius, p.radius};
+                way = std::min(
+                    way, way_to_box(
+                             start, size, {pull.x / strength, pull.y / strength, pull.z / strength},
+                             {p.center.x - half.x, p.center.y - half.y, p.center.z - half.z},
+                             {p.center.x + half.x, p.center.y + half.y, p.center.z + half.z}));
+            }
         if constexpr (same_type<E, ground> || same_type<E, planes> || same_type<E, terrain>)
             for (int i = 0; i < scene.instances(index_of<E>); ++i) {
                 const auto point = E::surface(
@@ -83,21 +120,26 @@ double time_step_bound(const spring_body& body, const scene& scene, limax_integr
     return least;
 }
 
-double accuracy_cap(const limax_simulation_options& options, const scene& scene) {
+double accuracy_cap(const limax_simulation_options& options, const scene& scene,
+                    const lattice& grid) {
     using namespace effects;
-    const double* x = options.position;
-    double squared = squared_arrival_speed({x[0], x[1], x[2]}, options.velocity, options, scene);
+    const double *x = options.position, edge = options.edge;
+    double squared =
+        squared_arrival_speed({x[0], x[1], x[2]}, {edge * grid.nx, edge * grid.ny, edge * grid.nz},
+                              options.velocity, options, scene);
     if (scene.has(index_of<block>)) {
         const double* values = scene.values(index_of<block>);
         const double* from = values + block::at_position;
         squared = std::max(squared,
                            squared_arrival_speed({x[0] + from[0], x[1] + from[1], x[2] + from[2]},
+                                                 {values[0], values[1], values[2]},
                                                  values + block::at_velocity, options, scene));
     }
     return coarse_share * options.edge / std::sqrt(squared);
 }
 
-schedule make_schedule(const limax_simulation_options& options, const scene& scene, double bound) {
+schedule make_schedule(const limax_simulation_options& options, const scene& scene,
+                       const lattice& grid, double bound) {
     int64_t rate = 1;
     for (const int32_t hertz : options.record)
         // at most 10^6 times 10^5 at each turn: no overflow
@@ -114,7 +156,7 @@ schedule make_schedule(const limax_simulation_options& options, const scene& sce
     if (wanted == 0) {
         wanted = options.bound_fraction * bound;
         if (options.time_step_most > 0) wanted = std::min(wanted, options.time_step_most);
-        wanted = std::min({wanted, accuracy_cap(options, scene), base});
+        wanted = std::min({wanted, accuracy_cap(options, scene, grid), base});
     }
     const double ratio = base / wanted;
     int64_t per_base = static_cast<int64_t>(std::ceil(ratio * (1.0 - rounding)));

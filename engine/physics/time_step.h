@@ -27,14 +27,17 @@ struct schedule {
 int64_t trace_width(int32_t kind, int64_t masses);
 
 // The longest step that is not coarse (origin.h) at the speed that a body starts with or has when
-// it first reaches the ground: 0.1 h / sqrt(|v|^2 + 2 |g| H), H the distance of its lowest corner
-// along gravity to the first ground, plane or terrain, 0 without gravity or any of them, and at
-// most the distance that it falls in the whole run; the same for a rigid block. s; infinite for a
-// body that starts at rest on the ground.
-double accuracy_cap(const limax_simulation_options& options, const scene& scene);
+// it first reaches what is below it: 0.1 h / sqrt(|v|^2 + 2 |g| H). H is the distance along gravity
+// of its lowest corner to the ground, a plane or terrain, or of the box around the lattice to a box
+// or the box around a sphere, the shortest of them; 0 without gravity or any of them, and at most
+// the distance that it falls in the whole run. The same for a rigid block. s; infinite for a body
+// that starts at rest on the ground.
+double accuracy_cap(const limax_simulation_options& options, const scene& scene,
+                    const lattice& grid);
 
 // Refuses a fixed step that does not divide the base, naming the nearest that does. `bound` is the
 // body's own; it and the cap above count where the step is left to the engine.
-schedule make_schedule(const limax_simulation_options& options, const scene& scene, double bound);
+schedule make_schedule(const limax_simulation_options& options, const scene& scene,
+                       const lattice& grid, double bound);
 
 }  // namespace limax

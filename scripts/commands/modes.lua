@@ -12,8 +12,9 @@ local command = {
   usage = "limax modes ROBOT|RUN [options]",
   text = [[
 Prints the natural frequencies and damping ratios of a robot file, or of the champion of a run
-folder: of the free body, or with --standing at rest in its scene. The amplification is that of the
-muscles' frequency, relative to a slow drive; from 2 on the gait rides a resonance.]],
+folder: of the free body, or with --standing at rest in its scene. The amplitude is how far the
+muscles move a mass in a mode at their frequency, the amplification how much farther than slow
+muscles would; a gait rides a resonance if that is at least 2 and no mode moves farther slowly.]],
   positional = { least = 1, most = 1, name = "ROBOT|RUN" },
   options = {
     { name = "count", argument = "N", kind = "integer", minimum = 1, maximum = 1000, value = 6,

@@ -52,6 +52,11 @@ function choice.read(kind, spec, entries)
     engine.fail(('%s: expected a name (%s) or { "name", option = value }%s, got %s')
       :format(kind, table.concat(names, ", "), ending, came))
   end
+  local positive = name:match "^%-(.*)"
+  if positive and kind == "fitness" and entries[positive] then
+    engine.fail(("fitness: the largest value is the best; for the smallest: fitness ="
+      .. " function(robot) return -limax.fitness.%s(robot) end"):format(positive))
+  end
   if not entries[name] then
     engine.fail(("%s: unknown name %s%s")
       :format(kind, schema.show(name), suggest.ending(name, names)))

@@ -132,17 +132,19 @@ local function named(role, call)
   return names[call]
 end
 
-local function unwatched(before, ...)
+local function unwatched(before, role, ...)
   host.signal.watch(before)
+  host.role = role
   return ...
 end
 
 --- `attempt` of a user's function that may take long: the host reports one that runs for 5 s, and
---- Ctrl-C names it.
+--- Ctrl-C names it. It cannot read the clock.
 ---@param role string "the fitness"
 function failure.attempt_watched(role, call, ...)
-  local before = host.signal.watch(named(role, call))
-  return unwatched(before, failure.attempt(call, ...))
+  local before, role_before = host.signal.watch(named(role, call)), host.role
+  host.role = role
+  return unwatched(before, role_before, failure.attempt(call, ...))
 end
 
 --- The same with a time limit: a function that takes longer is stopped, which counts as an error.

@@ -10,13 +10,20 @@ local script = {}
 
 local exit_failed, exit_usage = 1, 2
 
+-- The end of the compiler's message: what is probably missing.
+local function missing(what)
+  if what:find "near '<eof>'$" then return "" end
+  return what:find "^'[})]' expected" and "; a comma may be missing before it"
+    or what:find "^'end' expected" and "; an `end` is missing before it" or ""
+end
+
 --- A message of the compiler with the line of the text that it is about.
 ---@param file string its name: Lua shortens long ones in messages
 function script.syntax_error(file, text, message)
   local number, what = message:match "^[^\n]-:(%d+): (.*)$"
   if not number then return message end
   local line = source.lines_of(text, tonumber(number), tonumber(number))
-  return ("%s:%s: %s%s"):format(file, number, what,
+  return ("%s:%s: %s%s%s"):format(file, number, what, missing(what),
     line:find "%S" and ("\n  %s | %s"):format(number, line) or "")
 end
 

@@ -121,6 +121,14 @@ function archived.measure(self, definition)
   return line
 end
 
+--- Notes about cells that no robot reached.
+---@param self limax.archived
+---@param definition limax.archive.definition
+---@return string[]
+function archived.notes(self, definition)
+  return definition.notes and definition.notes(self.rows) or {}
+end
+
 --- The robot of a row that a script names as a parent; nil for a table that is not a row of this
 --- archive.
 function archived.robot(self, shown)

@@ -3,6 +3,7 @@
 --- random number is a function of (seed, repetition, generation, robot): a run can stop after any
 --- generation and continue with the same bits.
 
+local archived = require "limax.evolution.archived"
 local budget = require "limax.experiment.budget"
 local exchange = require "limax.base.exchange"
 local experiments = require "limax.experiment.experiment"
@@ -106,6 +107,9 @@ function evolve.next(run, robots)
   failure.finally(function() record.write(run, robots) end,
     function() upcoming = breed(run, robots) end)
   if not is_restored then run:check_variables() end
+  if not upcoming and robots.remembered then
+    for _, note in ipairs(archived.notes(robots.remembered, run.world.archive)) do run:say(note) end
+  end
   return upcoming
 end
 

@@ -4,6 +4,7 @@
 --- each step first does the steps before it that were left out.
 
 local archived = require "limax.evolution.archived"
+local bound_check = require "limax.robot.bound_check"
 local division = require "limax.evolution.division"
 local drive = require "limax.settings.drive"
 local engine = require "limax.engine"
@@ -13,6 +14,7 @@ local fitness = require "limax.fitness"
 local host = require "limax.host"
 local measures = require "limax.experiment.measures"
 local metrics = require "limax.run.metrics"
+local plausible = require "limax.settings.plausible"
 local rows = require "limax.robot.rows"
 local schema = require "limax.engine.schema"
 local scored_robot = require "limax.robot.scored_robot"
@@ -124,12 +126,26 @@ end
 
 -- ---- simulating ---------------------------------------------------------------------------------
 
+-- The beginning of a warning about a trial.
+local function prefix_of(robots, trial)
+  return robots.world.config.trials and ("trials[%d]: "):format(trial) or ""
+end
+
 -- Makes a simulation of some robots for each trial.
 local function simulations_of(robots, mask, materials, options)
   local list = {}
   for k, trial in ipairs(robots.trials) do
     list[k] = engine.simulation(robots.engine, trial.engine_materials or materials,
       trial.engine_scene, options and options[k] or trial.options, robots.world.device, mask)
+    local found = list[k]:overlap()
+    if found then
+      robots.world.say(("%sgeneration %d: %s"):format(prefix_of(robots, k), robots.generation,
+        plausible.overlap(found)), prefix_of(robots, k) .. found.obstacle)
+    end
+    for _, note in ipairs(bound_check.notes(robots.engine, mask,
+      trial.engine_materials or materials, trial.engine_scene, trial.options)) do
+      robots.world.say(prefix_of(robots, k) .. note)
+    end
   end
   return list
 end
@@ -144,7 +160,7 @@ local function check_drive(robots, mask)
       if step > longest then longest = step end
     end
     local problem = longest > 0 and drive.problem(trial.scene, longest)
-    local prefix = robots.world.config.trials and ("trials[%d]: "):format(k) or ""
+    local prefix = prefix_of(robots, k)
     if problem then robots.world.say(prefix .. problem, prefix .. "scene.actuation") end
   end
 end

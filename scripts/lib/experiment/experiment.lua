@@ -317,7 +317,7 @@ end
 
 local function check_together(self)
   local config, parts = self.config, self.parts
-  add_notes(self, plausible.breeding_notes(config))
+  add_notes(self, plausible.notes_of_whole(config))
   add_notes(self, { island_rules.note(config) })
   if config.islands and parts.survival.name == "map_elites" then
     parts.archive.islands = config.islands.count

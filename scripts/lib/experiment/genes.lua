@@ -51,6 +51,17 @@ function genes.initialize(rules, population, rows, generation)
     { phase = "initialize", generation = generation })
 end
 
+-- Gives a robot whose weights an encoding did not write those of a plain body: stiffness and
+-- amplitude 1, phase 0.
+local function complete_weights(population, i)
+  local weights = population:weights_view(i):pointer()
+  local each = population.voxels_each
+  for k = 0, 3 * each - 1 do
+    if weights[k] ~= 0 then return end
+  end
+  for k = 0, 2 * each - 1 do weights[k] = 1 end
+end
+
 --- Genes to bodies: the largest part of each.
 ---@param population limax.population of the engine
 ---@param first? integer 1 if left out
@@ -65,6 +76,7 @@ function genes.express(rules, population, first, count)
   count = count or population.count - first + 1
   call("the encoding's express", rules.encoding.express, rules, population,
     rows_of(first, first + count - 1), {})
+  for i = first, first + count - 1 do complete_weights(population, i) end
   population:check(rules.materials,
     { require_muscle = rules.require_muscle, largest_part = true }, first, count)
 end

@@ -96,7 +96,8 @@ function named_parts.genome(config, spec, base)
   for name in pairs(require("limax.engine.encoding").genome_rules) do
     if not used[name] then
       if own[name] ~= nil then
-        return nil, ("genome.%s: the encoding %q does not use it"):format(name, definition.name)
+        return nil, ("genome.%s: the encoding %q does not use it; remove it, in a command by --set"
+          .. " genome.%s=null"):format(name, definition.name, name)
       end
       genome[name] = nil
     end

@@ -198,16 +198,20 @@ end
 ---@field letters string layers separated by an empty line, the lowest first
 ---@field voxel string[][][] letters, [x][y][z]
 
-local View = {}
+-- The fields are in a table of their own, so that every assignment is seen.
+local View, FIELDS = {}, {}
 
 -- The lattice is made from the letters when it is first read: few robots need it.
 function View:__index(key)
-  if key ~= "voxel" then strict.unknown("a body", key, self, { voxel = true }) end
-  local layers = body.layers(self.letters)
-  local voxel = body.lattice(layers, { #layers[1][1], #layers[1], #layers })
-  rawset(self, "voxel", voxel)
-  return voxel
+  local fields = rawget(self, FIELDS)
+  if fields[key] ~= nil then return fields[key] end
+  if key ~= "voxel" then strict.unknown("a body", key, fields, { voxel = true }) end
+  local layers = body.layers(fields.letters)
+  fields.voxel = body.lattice(layers, { #layers[1][1], #layers[1], #layers })
+  return fields.voxel
 end
+
+View.__newindex = strict.read_only("a robot's body", "another body is another robot: limax.robot")
 
 -- The voxels by name of material: a copy, in which an unknown name is an error.
 local function counts_of(record)
@@ -222,9 +226,9 @@ end
 ---@param record limax.body.record
 ---@return limax.robot.body
 function body.view(record)
-  return setmetatable({ size = { unpack(record.size) }, mass = record.mass,
+  return setmetatable({ [FIELDS] = { size = { unpack(record.size) }, mass = record.mass,
     count = counts_of(record), voxels = record.voxels, masses = record.masses,
-    springs = record.springs, hash = record.hash, letters = record.letters }, View)
+    springs = record.springs, hash = record.hash, letters = record.letters } }, View)
 end
 
 return body

@@ -19,7 +19,7 @@ local INTERVAL, MOST_TIME = 0.5, 60
 -- m/s: no mass of a body at rest is faster
 local AT_REST = 1e-7
 
--- from this amplification on, muscles ride a resonance
+-- from this amplification on, muscles may ride a resonance
 local RESONANT = 2
 
 ---@class limax.robot.modes_options : limax.robot.simulate_options
@@ -27,8 +27,8 @@ local RESONANT = 2
 
 ---@class limax.robot.mode : limax.mode
 ---@field ratio number|nil its frequency over that of the muscles
----@field amplification number|nil of the muscles' drive, relative to a slow one: near 1 it does not
---- matter, above 2 a gait rides a resonance
+---@field amplification number|nil of the muscles' drive, relative to a slow one
+---@field amplitude number|nil m, largest displacement of a mass in this mode at the drive
 
 ---@class limax.robot.modes a list of modes, the lowest frequency first
 ---@field rigid integer independent motions without a restoring force, left out: 6 of a free body
@@ -97,8 +97,16 @@ function modes.of(robot, count, options)
     local x = list.drive / mode.frequency
     mode.ratio = 1 / x
     mode.amplification = 1 / math.sqrt((1 - x * x) ^ 2 + (2 * mode.damping_ratio * x) ^ 2)
+    mode.amplitude = mode.slow * mode.amplification
   end
   return list
+end
+
+-- Does the drive amplify a mode beyond what it would do slowly in any of them?
+local function is_ridden(mode, all)
+  local slowest = 0
+  for _, each in ipairs(all) do slowest = math.max(slowest, each.slow) end
+  return mode.amplification >= RESONANT and mode.amplitude >= slowest
 end
 
 --- Describes a table of modes.
@@ -118,11 +126,12 @@ function modes.table(all)
       ("%.3g"):format(mode.damping_ratio) }
     if all.drive then
       rows[k][4], rows[k][5] = ("%.3g"):format(mode.ratio), ("%.3g"):format(mode.amplification)
-      rows[k][6] = mode.amplification >= RESONANT and "the muscles ride this resonance" or ""
+      rows[k][6] = ("%.3g"):format(mode.amplitude)
+      rows[k][7] = is_ridden(mode, all) and "the muscles ride this resonance" or ""
     end
   end
   if all.drive then
-    for _, name in ipairs { "times the drive", "amplification", "" } do
+    for _, name in ipairs { "times the drive", "amplification", "amplitude, m", "" } do
       columns[#columns + 1] = name
     end
   end

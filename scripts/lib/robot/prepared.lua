@@ -1,6 +1,7 @@
 --- prepared.lua: a simulation of one robot from its description and the options of a script.
 
 local body = require "limax.robot.body"
+local bound_check = require "limax.robot.bound_check"
 local choice = require "limax.base.choice"
 local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
@@ -40,8 +41,8 @@ end
 local warned = {}
 
 local function warn(text)
-  if not warned[text] then output.warn("! simulate: ", text, "\n") end
-  warned[text] = true
+  if text and not warned[text] then output.warn("! simulate: ", text, "\n") end
+  if text then warned[text] = true end
 end
 
 ---@class limax.robot.simulate_options
@@ -67,6 +68,20 @@ end
 ---@field max_speed? number m/s, beyond which a robot has diverged
 ---@field max_stretch? number of a spring, in rest lengths, beyond which a robot has diverged
 
+-- Ends the message about an unknown option: a field of an effect belongs in the scene.
+local function ending_of(key)
+  for _, effect in ipairs(engine.effects()) do
+    for _, field in ipairs(effect.fields) do
+      if field.name == key or effect.name == key then
+        local place = effect.name == key and key .. " = ..."
+          or ("%s = { %s = ... }"):format(effect.name, key)
+        return ("; it belongs in scene = { %s }"):format(place)
+      end
+    end
+  end
+  return suggest.ending(key, option_names)
+end
+
 ---@class limax.robot.prepared
 ---@field robot table the robot, or one of its trials
 ---@field population limax.population its body is robot 1
@@ -84,7 +99,7 @@ function prepared.parts(robot, options)
   end
   for _, key in ipairs(choice.sorted_keys(options)) do
     if not is_option[key] then
-      engine.fail(("simulate: unknown option %s%s"):format(key, suggest.ending(key, option_names)))
+      engine.fail(("simulate: unknown option %s%s"):format(key, ending_of(key)))
     end
   end
   if options.trial ~= nil or robot.description.trials and options.scene == nil then
@@ -117,6 +132,11 @@ function prepared.simulation(robot, options)
   local description = parts.robot.description
   local simulation = engine.simulation(population, materials, parts.scene, parts.options,
     device_of((options or {}).device))
+  warn(plausible.overlap(simulation:overlap()))
+  for _, note in ipairs(bound_check.notes(population, nil, materials, parts.scene,
+    parts.options)) do
+    warn(note)
+  end
   return simulation, function()
     return rows.by_hand(description, population, materials, simulation),
       { population = population, index = 1, simulation = simulation, materials = materials,

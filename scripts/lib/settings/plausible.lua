@@ -45,17 +45,20 @@ local function falling(config)
     .. " takes %.4g s: it never lands"):format(height, time, run_time)
 end
 
--- A start below the ground, which throws the body out.
-local function buried(config)
-  local ground, height = config.scene.ground, config.simulation.position[3]
-  if not ground or height >= ground.height then return nil end
-  return "simulation." .. plausible.buried(height, ground.height)
-end
-
 -- Muscles in a scene that does not drive them.
 local function idle_muscles(config)
   if config.scene.actuation then return nil end
   return "scene names no actuation: no muscle moves; actuation = { frequency = 2 } drives them"
+end
+
+-- What a body can push itself off from: contacts, and forces of a medium.
+local CONTACTS = { "ground", "planes", "spheres", "boxes", "terrain" }
+local OTHERS = { "drag", "wind", "anchors", "block" }
+
+local function has_any(scene, names)
+  for _, name in ipairs(names) do
+    if scene[name] then return name end
+  end
 end
 
 -- A fall through the whole run.
@@ -63,11 +66,49 @@ local function bottomless(config)
   local scene = config.scene
   local down = scene.gravity and -scene.gravity.acceleration[3] or 0
   if down <= 0 or scene.drag then return nil end
-  for _, name in ipairs { "ground", "planes", "spheres", "boxes", "terrain", "anchors" } do
-    if scene[name] then return nil end
-  end
+  if has_any(scene, CONTACTS) or scene.anchors then return nil end
   return "scene has gravity and nothing to stand on: bodies fall all the time; ground = true is"
     .. " flat ground"
+end
+
+-- Muscles in a scene where they cannot move the body.
+local function nothing_to_push(config)
+  local scene = config.scene
+  for _, effect in pairs(scene) do
+    if effect.force then return nil end
+  end
+  if not scene.actuation or has_any(scene, OTHERS) then return nil end
+  local contact = has_any(scene, CONTACTS)
+  if not contact then
+    if scene.gravity then return nil end -- bottomless() has a note on it
+    return "scene names nothing that a body can push itself off from, and no gravity: muscles"
+      .. " deform it, and its centre of mass stays; limax.scenes.land { actuation = ... } is"
+      .. " gravity, ground, friction, damping and muscles"
+  elseif not scene.gravity then
+    return ("scene names %s and no gravity: nothing presses bodies onto it; gravity = true does")
+      :format(contact)
+  elseif not scene.friction and contact == "ground" and not has_any(scene, { unpack(CONTACTS, 3) })
+  then
+    return "scene names no friction: on smooth ground no muscle moves a body along; friction = true"
+      .. " does"
+  end
+end
+
+-- Voxels of a size that a wrong unit explains.
+local function odd_size(config)
+  local edge, lattice = config.simulation.edge, config.lattice
+  if edge >= 1e-3 and edge <= 1 then return nil end
+  return ("simulation.edge is %.4g m, so a full body is %.4g x %.4g x %.4g m; lengths are in m")
+    :format(edge, edge * lattice[1], edge * lattice[2], edge * lattice[3])
+end
+
+-- Inputs of the network that turn more than once between neighbouring voxels.
+local function noise(config)
+  local sigma, longest = config.genome.sigma, math.max(unpack(config.lattice))
+  local most = (longest - 1) / 2 -- voxel centres are from -1 to 1
+  if not sigma or longest == 1 or sigma <= math.max(1, most) then return nil end
+  return ("genome.sigma is %.4g: the network's inputs turn more than once from voxel to voxel, so"
+    .. " bodies are noise; below %.2g neighbours resemble each other"):format(sigma, most / 2)
 end
 
 -- Offspring that cannot differ from their parents.
@@ -106,12 +147,15 @@ local function sticking(config)
     .. " friction at %.6g"):format(friction.static, friction.kinetic, friction.kinetic)
 end
 
---- A note about a body that starts below the ground.
----@param height number m, of its lowest corner
----@param ground number m
-function plausible.buried(height, ground)
-  return ("position: z = %.4g m is %.4g m below scene.ground: contact throws the body out")
-    :format(height, ground - height)
+--- A note about bodies that begin inside an obstacle, which throws them out; nil if none does.
+---@param found limax.overlap|nil
+---@return string|nil
+function plausible.overlap(found)
+  if not found then return nil end
+  local others = found.robots > 1 and (" (%d robots begin inside something)"):format(found.robots)
+    or ""
+  return ("position: %s begins %.3g m inside %s%s: contact throws it out; begin outside"):format(
+    found.subject, found.depth, found.obstacle, others)
 end
 
 --- Notes with field, value and consequence.
@@ -123,15 +167,18 @@ function plausible.notes(config)
   list[#list + 1] = collapse(config)
   list[#list + 1] = falling(config)
   list[#list + 1] = slow_muscles(config)
-  list[#list + 1] = buried(config)
   list[#list + 1] = idle_muscles(config)
   list[#list + 1] = bottomless(config)
+  list[#list + 1] = nothing_to_push(config)
   return list
 end
 
---- Notes on breeding and selection.
-function plausible.breeding_notes(config)
+--- Notes on size, encoding, breeding and selection.
+---@param config table a resolved configuration
+function plausible.notes_of_whole(config)
   local list = {}
+  list[#list + 1] = odd_size(config)
+  list[#list + 1] = noise(config)
   list[#list + 1] = no_variation(config)
   list[#list + 1] = large_tournament(config)
   return list

@@ -1,9 +1,11 @@
 --- scenes.lua: ready scenes, as plain tables for an experiment's `scene`. Effects in the argument
 --- replace or remove (`false`) those of the scene: `limax.scenes.land { friction = false }`.
 
+local choice = require "limax.base.choice"
 local engine = require "limax.engine"
 local schema = require "limax.engine.schema"
 local strict = require "limax.engine.strict"
+local suggest = require "limax.engine.suggest"
 
 local scenes = strict.module "limax.scenes"
 
@@ -22,7 +24,11 @@ local function split(what, argument, rules)
     -- a scripted force has any name
     if type(value) == "table" and value.force ~= nil then known[name] = true end
   end
-  for _, name in ipairs(schema.known(argument, known, what)) do
+  local names = choice.sorted_keys(known)
+  local function ending(name)
+    return suggest.ending(name, names) .. '; an effect of your own has a text: { force = "..." }'
+  end
+  for _, name in ipairs(schema.known(argument, known, what, ending)) do
     if not rules[name] then effects[name] = argument[name] end
   end
   for name, rule in pairs(rules) do

@@ -60,6 +60,17 @@ local function ask(run, robots, generation, random)
   return parameters, fields, record, message ~= nil
 end
 
+-- Warns once a field about values of a user's own supervisor that are beyond the range.
+local function warn_of_range(world, entry)
+  for _, limit in ipairs(world.limits) do
+    local value = limit.field == entry.field and entry.proposed
+    if type(value) == "number" and (value < limit.minimum or value > limit.maximum) then
+      world.say(("the supervisor's %s = %.6g is beyond the range of %.6g to %.6g; it became %.6g")
+        :format(entry.field, value, limit.minimum, limit.maximum, entry.applied), entry.field)
+    end
+  end
+end
+
 ---@class limax.supervision.decided
 ---@field parameters table<string, number>
 ---@field fields limax.material_fields
@@ -87,6 +98,8 @@ function supervision.decide(run, robots)
     if entry.outcome == "rejected" then
       local message = ("the supervisor's %s was rejected: %s"):format(entry.field, entry.reason)
       world.say(("before generation %d %s"):format(generation, message), message)
+    elseif world.experiment.supervisor.own then
+      warn_of_range(world, entry)
     end
   end
   local shares = proposals.shares(record)

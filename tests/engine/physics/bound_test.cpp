@@ -197,6 +197,8 @@ TEST_CASE("a held mass does not limit the time step, its neighbours do") {
     CHECK(std::isinf(bound(10, true)));
 }
 
+constexpr lattice five{5, 5, 5};
+
 TEST_CASE(
     "steps fall on samples, and a fixed step that does not is refused with the nearest that does") {
     limax_simulation_options options = default_options();
@@ -204,7 +206,7 @@ TEST_CASE(
     options.record[LIMAX_TRACE_CONTACT] = 20;
     options.settle = 0.503;
     options.duration = 1.0;
-    const schedule plan = make_schedule(options, scene(), 3.3e-4);
+    const schedule plan = make_schedule(options, scene(), five, 3.3e-4);
     CHECK(plan.time_step <= 0.9 * 3.3e-4);
     CHECK(plan.time_step * double(plan.every[LIMAX_TRACE_CENTER_OF_MASS]) ==
           doctest::Approx(0.02).epsilon(1e-12));
@@ -213,9 +215,10 @@ TEST_CASE(
     CHECK(plan.samples[LIMAX_TRACE_CENTER_OF_MASS] == 51);
     CHECK(plan.samples[LIMAX_TRACE_CONTACT] == 21);
     options.time_step = 1e-5;
-    CHECK(make_schedule(options, scene(), 1).time_step == doctest::Approx(1e-5).epsilon(1e-15));
+    CHECK(make_schedule(options, scene(), five, 1).time_step ==
+          doctest::Approx(1e-5).epsilon(1e-15));
     options.time_step = 3e-4;
-    CHECK_THROWS_WITH_AS(make_schedule(options, scene(), 1),
+    CHECK_THROWS_WITH_AS(make_schedule(options, scene(), five, 1),
                          "time_step is 0.0003 s, which does not divide the sample interval of 0.01 "
                          "s; the nearest that "
                          "does is 0.000303030303 s",
@@ -242,6 +245,20 @@ TEST_CASE("an automatic step is not coarse at the speeds of the start and of the
     hill.add("terrain");
     hill.set_heights("terrain", "heights", rising, 2, 2);
     hill.set("terrain", "spacing", &spacing, 1);
+    // a body of 0.5 m falls on a box under its edge, 1 m below it, and misses one beside it
+    scene onto_box = falling, beside_box = drop, onto_sphere = falling;
+    const auto add_box = [](scene& to, double x) {
+        const double from[3] = {x, -1, 0}, upto[3] = {x + 1, 1, 19};
+        to.add("boxes");
+        to.set("boxes", "from", from, 3);
+        to.set("boxes", "to", upto, 3);
+    };
+    add_box(onto_box, 1.4);
+    add_box(beside_box, 1.6);
+    const double center[3] = {1, 0, 18}, radius = 1;
+    onto_sphere.add("spheres");
+    onto_sphere.set("spheres", "center", center, 3);
+    onto_sphere.set("spheres", "radius", &radius, 1);
     struct start {
         const scene& where;
         double height, across, up;  // m, m/s
@@ -252,6 +269,9 @@ TEST_CASE("an automatic step is not coarse at the speeds of the start and of the
                               {slope, 20, 0, 0, std::sqrt(2 * down * 2 / 0.8)},
                               {box, 20, 0, 0, std::sqrt(2 * down * 1)},
                               {hill, 20, 0, 0, std::sqrt(2 * down * 2)},
+                              {onto_box, 20, 0, 0, std::sqrt(2 * down * 1)},
+                              {beside_box, 20, 0, 0, std::sqrt(2 * down * 2)},
+                              {onto_sphere, 20, 0, 0, std::sqrt(2 * down * 1)},
                               // the drop adds to the throw
                               {falling, 20, 3, 4, 5},
                               {drop, 20, 3, 4, std::sqrt(25 + 4 * down)},
@@ -264,7 +284,7 @@ TEST_CASE("an automatic step is not coarse at the speeds of the start and of the
         options.velocity[0] = each.across;
         options.velocity[2] = each.up;
         CAPTURE(each.speed);
-        const double cap = accuracy_cap(options, each.where);
+        const double cap = accuracy_cap(options, each.where, five);
         if (each.speed == 0)
             CHECK(cap == HUGE_VAL);
         else
@@ -272,7 +292,7 @@ TEST_CASE("an automatic step is not coarse at the speeds of the start and of the
     }
     options.position[2] = 18;
     options.velocity[0] = 100;
-    CHECK(make_schedule(options, drop, 3.3e-4).time_step == doctest::Approx(1e-4));
+    CHECK(make_schedule(options, drop, five, 3.3e-4).time_step == doctest::Approx(1e-4));
     options.time_step = 2e-4;
-    CHECK(make_schedule(options, drop, 3.3e-4).time_step == doctest::Approx(2e-4));
+    CHECK(make_schedule(options, drop, five, 3.3e-4).time_step == doctest::Approx(2e-4));
 }

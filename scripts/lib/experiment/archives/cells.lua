@@ -41,6 +41,20 @@ local function definition(options, count, cell_of)
   return archive
 end
 
+-- A note about a descriptor that has robots in one of its cells only, or in a tenth of many.
+local function narrow(rows, measure, k, axis)
+  local least, most, count, filled = math.huge, -math.huge, 0, {}
+  for _, row in ipairs(rows) do
+    local value = row.descriptors[k]
+    local at = axis.at(value)
+    if not filled[at] then filled[at], count = true, count + 1 end
+    least, most = math.min(least, value), math.max(most, value)
+  end
+  if #rows == 0 or axis.cells < 3 or count > math.max(1, axis.cells / 10) then return nil end
+  return ("archive: %s used %d of %d cells: its range is %.4g to %.4g, and robots had %.4g to"
+    .. " %.4g"):format(measure.title, count, axis.cells, axis.least, axis.most, least, most)
+end
+
 --- A grid; the first descriptor varies fastest in the cells' numbers.
 ---@param options { descriptors: limax.measure[], cells: integer, qd_offset: number }
 ---@return limax.archive.definition|string
@@ -48,7 +62,11 @@ function cells.grid(options)
   local axes, count = {}, 1
   for k, measure in ipairs(options.descriptors) do
     local along = measure.cells or options.cells
-    axes[k] = { least = measure.range[1], most = measure.range[2], cells = along, stride = count }
+    local least, most = measure.range[1], measure.range[2]
+    axes[k] = { least = least, most = most, cells = along, stride = count, at = function(value)
+      local at = math.floor((value - least) / (most - least) * along)
+      return math.max(0, math.min(along - 1, at))
+    end }
     count = count * along
   end
   if count > MOST then
@@ -56,14 +74,14 @@ function cells.grid(options)
   end
   local grid = definition(options, count, function(values)
     local cell = 1
-    for k = 1, #axes do
-      local axis = axes[k]
-      local at = math.floor((values[k] - axis.least) / (axis.most - axis.least) * axis.cells)
-      cell = cell + axis.stride * math.max(0, math.min(axis.cells - 1, at))
-    end
+    for k = 1, #axes do cell = cell + axes[k].stride * axes[k].at(values[k]) end
     return cell
   end)
-  grid.axes = axes
+  function grid.notes(rows)
+    local list = {}
+    for k, axis in ipairs(axes) do list[#list + 1] = narrow(rows, options.descriptors[k], k, axis) end
+    return list
+  end
   return grid
 end
 

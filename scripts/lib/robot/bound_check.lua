@@ -1,0 +1,90 @@
+--- bound_check.lua: does the `bound` of a scripted force cover its slopes? A bound that is too small
+--- makes the automatic time step too long, and results wrong or unstable. One robot's first steps
+--- are repeated on the CPU and the slopes of the force taken at its masses.
+
+local engine = require "limax.engine"
+
+local bound_check = {}
+
+-- Steps that are repeated, and those between two looks.
+local STEPS, BETWEEN = 2000, 50
+
+-- A slope may be above its bound by this share: differences are not exact.
+local TOLERANCE = 1.1
+
+-- What a bound limits, with its unit.
+local UNITS = { { "stiffness", "N/m" }, { "damping", "N s/m" } }
+
+-- The largest slopes of each force along a run.
+local function largest(found, slopes)
+  for _, slope in ipairs(slopes) do
+    local entry = found[slope.name]
+    if not entry then
+      found[#found + 1], found[slope.name] = slope, slope
+    else
+      for _, unit in ipairs(UNITS) do
+        local kind = unit[1]
+        entry.found[kind] = math.max(entry.found[kind], slope.found[kind])
+      end
+    end
+  end
+end
+
+-- Forces with their bounds that were tested in this process.
+local tested = {}
+
+-- Has the scene a force with a bound that was not tested? Notes it down.
+local function is_untested(scene)
+  local found = false
+  for name, effect in pairs(scene:table()) do
+    if effect.force and effect.bound then
+      local key = ("%s\n%s\n%.17g %.17g"):format(name, effect.force, effect.bound.stiffness,
+        effect.bound.damping)
+      found, tested[key] = found or not tested[key], true
+    end
+  end
+  return found
+end
+
+--- Notes about the scripted forces whose bound is too small; none for those that this process
+--- tested before.
+---@param population limax.population
+---@param mask boolean[]|nil robots of which the first with a valid body is tested; all if left out
+---@param materials limax.materials
+---@param scene limax.scene
+---@param options table of the engine's simulation
+---@return string[]
+function bound_check.notes(population, mask, materials, scene, options)
+  local notes, only, found, i = {}, {}, {}, nil
+  if type(options.time_step) == "number" or not is_untested(scene) then return notes end
+  for robot = 1, population.count do
+    local is_valid = (not mask or mask[robot]) and population:body(robot).status == "valid"
+    only[robot] = is_valid and not i
+    if only[robot] then i = robot end
+  end
+  if not i then return notes end
+  local simulation = engine.simulation(population, materials, scene, options,
+    engine.device "cpu", only)
+  for _ = 0, STEPS, BETWEEN do
+    local positions, velocities = simulation:state(i)
+    largest(found, engine.script_slopes(population, i, materials, scene, options, positions,
+      velocities, simulation:outcome(i).time))
+    if simulation:advance(1, BETWEEN).finished then break end
+  end
+  local steps = simulation:outcome(i).step
+  simulation:free()
+  for _, slope in ipairs(found) do
+    for _, unit in ipairs(UNITS) do
+      local kind = unit[1]
+      if slope.bounded and slope.found[kind] > TOLERANCE * slope.stated[kind] then
+        notes[#notes + 1] = ("scene.%s.bound.%s is %.4g %s, and the force has a slope of %.4g %s in"
+          .. " the first %d steps of a robot: the automatic time step is too long; state at least"
+          .. " that"):format(slope.name, kind, slope.stated[kind], unit[2], slope.found[kind],
+          unit[2], steps)
+      end
+    end
+  end
+  return notes
+end
+
+return bound_check
