@@ -113,3 +113,50 @@ suite:test("fields in the wrong place or form", function(t)
     process.fails(t, folder, 2, { "run", "try.lua", option }, text)
   end
 end)
+
+suite:test("valid settings that are hardly meant", function(t)
+  for text, fields in pairs {
+    ["nothing that a body can push itself off from"] = "scene = { actuation = { frequency = 5 } }",
+    ["scene names ground and no gravity"] = "scene = { actuation = true, ground = true }",
+    ["scene names no friction"] = "scene = { actuation = true, ground = true, gravity = true }",
+    ["inside scene.boxes[2]"] = "scene = limax.scenes.land { boxes = { { from = { 5, 0, 0 }, to ="
+      .. " { 6, 1, 1 } }, { from = { -1, -1, -1 }, to = { 0.13, 1, 0.3 } } } }",
+    ["inside scene.planes[1]"] = "scene = limax.scenes.land { planes = { { normal = { 1, 0, 0 },"
+      .. " offset = 0.02 } } }",
+    ["inside scene.block"] = "scene = limax.scenes.land { block = { position = { 0.1, 0, 0 } } }",
+    ["the block begins 0.05 m inside scene.ground"] =
+      "scene = limax.scenes.land { block = { position = { 0.6, 0, -0.05 } } }",
+    ["the force has a slope of 1e+04 N/m in the first"] = "scene = limax.scenes.land { wall = {"
+      .. ' force = "f = vec(-k * (x.x - 0.1), 0, 0);", k = 1e4, bound = { stiffness = 20 } } }',
+    ["bound.damping is 0 N s/m, and the force has a slope of 5 N s/m"] = "scene ="
+      .. ' limax.scenes.land { brake = { force = "f = -5 * v;", bound = { stiffness = 1 } } }',
+    ["descriptor 1 (height) used 1 of 10 cells: its range is 0 to 1000"] = 'archive = { "grid",'
+      .. ' descriptors = { { "height", cells = 10, range = { 0, 1000 } } } }',
+    ["mutation_rate = 20 is beyond the range of 0.001 to 0.5"] =
+      supervisor "return { mutation_rate = 20 }",
+    ["a full body is 20 x 20 x 20 m"] =
+      'simulation = { duration = 0.5, edge = 10, accuracy = "preview" }',
+    ["bodies are noise"] = "genome = { sigma = 100 }",
+  } do
+    gives(t, 0, text, fields)
+  end
+end)
+
+suite:test("a fitness that depends on more than the robot", function(t)
+  gives(t, 1, "os.clock would make runs irreproducible", fitness "return os.clock()")
+  gives(t, 1, "os.time would make runs irreproducible", fitness "return os.time()")
+  gives(t, 0, "", fitness "return os.time { year = 2026, month = 1, day = 1 } * robot:distance()")
+  gives(t, 1, 'a robot\'s body is read-only (assignment to "mass")',
+    fitness "robot.body.mass = 1 return 1")
+end)
+
+suite:test("an encoding that writes no weights makes muscles that move", function(t)
+  gives(t, 0, "", [[fitness = function(robot)
+      assert(robot:energy().muscle_work > 0)
+      return robot:distance()
+    end, record = { energy = 50 }, genome = { encoding = { genes = 8, express = function(robots)
+      for _, i in ipairs(robots) do
+        for v = 1, 8 do robots:voxels(i)[v] = robots.materials:index "e" end
+      end
+    end } }]])
+end)

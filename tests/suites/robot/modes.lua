@@ -71,3 +71,42 @@ suite:test("a body rings: free, standing on the ground, and hanging from anchors
   t:raises("it slides, rolls or falls in this scene; leave standing out",
     function() robot:modes(1, { scene = { gravity = true }, standing = true }) end)
 end)
+
+-- How far a body moves in a mode, m: its masses are equal, so shapes are orthogonal.
+local function amplitude_in(robot, all, mode, scene)
+  -- until the start has died out to 1e-3
+  local duration = math.ceil(7 / (2 * math.pi * mode.frequency * mode.damping_ratio)) + 1
+  local moved = robot:simulate { scene = scene, duration = duration, settle = 0, device = "cpu",
+    precision = "double", record = { position = 200 } }
+  local shape, pose, least, most = mode.shape:table(), all.pose:table(), math.huge, -math.huge
+  local trace = moved:trace "position"
+  for k = #trace - 200, #trace do
+    local along, squared = 0, 0
+    for m, place in ipairs(trace[k]) do
+      for axis = 1, 3 do
+        along = along + shape[m][axis] * (place[axis] - pose[m][axis])
+        squared = squared + shape[m][axis] ^ 2
+      end
+    end
+    least, most = math.min(least, along / squared), math.max(most, along / squared)
+  end
+  return (most - least) / 2
+end
+
+suite:test("muscles move each mode as far as its amplitude says, near a resonance too", function(t)
+  local bodies = { "eee", "ses\n\nece", "ee\nss\n\nce\nse", "ecs\nsce", "esc\n\ns.e" }
+  for _, voxels in ipairs(bodies) do
+    local robot = limax.robot { voxels = voxels, weights = { amplitude = 0.02 } }
+    local scene = { damping = true, anchors = { from = { -0.01, -0.01, -0.01 },
+      to = { 0.01, 1, 1 } }, actuation = { frequency = 1 } }
+    for _, share in ipairs { 0.5, 0.95, 1.5 } do
+      scene.actuation.frequency = share * robot:modes(1, { scene = scene })[1].frequency
+      local all = robot:modes(6, { scene = scene })
+      local first = all[1]
+      for _, mode in ipairs(all) do
+        if mode.amplitude > first.amplitude then first = mode end
+      end
+      t:near(amplitude_in(robot, all, first, scene), first.amplitude, { rtol = 0.04 })
+    end
+  end
+end)
