@@ -104,6 +104,8 @@ overlap find_overlap(const lattice& grid, const limax_simulation_options& option
                          scene, deepest);
         if (deepest.depth > least) keep("the block", deepest);
     }
+    // a body that anchors hold is not thrown
+    if (scene.has(index_of<effects::anchors>)) return found;
     // no body reaches beyond the lattice, whose corner is its own lowest corner
     if (deepest_of_body(grid, nullptr, options, scene).depth <= least) return found;
     const uint8_t* bodies = voxels();

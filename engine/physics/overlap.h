@@ -22,8 +22,9 @@ struct overlap {
     int32_t robots = 0;    // that overlap something
 };
 
-// Tests the masses of each robot that `mask` includes, and the block. `voxels` returns all bodies,
-// [robot][z][y][x], and is called only if a body that fills the lattice would overlap something.
+// Tests the masses of each robot that `mask` includes, unless anchors hold bodies, and the block.
+// `voxels` returns all bodies, [robot][z][y][x], and is called only if a body that fills the
+// lattice would overlap something.
 overlap find_overlap(const lattice& grid, const limax_simulation_options& options,
                      const scene& scene, const std::vector<uint8_t>& mask,
                      const std::function<const uint8_t*()>& voxels);
