@@ -1,5 +1,5 @@
---- script_slopes.lua: how steep the scripted forces of a scene are at one moment, which their bounds
---- must cover. SI units.
+--- script_slopes.lua: how steep the scripted forces of a scene are at one moment, which their
+--- bounds must cover. SI units.
 
 local ffi = require "ffi"
 local abi = require "limax.engine.abi"
@@ -19,8 +19,8 @@ local time_rule = schema.number {}
 ---@field stated { stiffness: number, damping: number } N/m, N s/m
 ---@field found { stiffness: number, damping: number } largest |df/dx| and |df/dv| along an axis
 
---- Differences of each scripted force over a change of the place and of the velocity of each mass of
---- robot i.
+--- Differences of each scripted force over a change of the place and of the velocity of each mass
+--- of robot i.
 ---@param robots limax.population
 ---@param i integer
 ---@param table_of_materials limax.materials

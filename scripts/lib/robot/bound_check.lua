@@ -1,4 +1,4 @@
---- bound_check.lua: does the `bound` of a scripted force cover its slopes? A bound that is too small
+--- bound_check.lua: does the `bound` of a scripted force cover its slopes? One that is too small
 --- makes the automatic time step too long, and results wrong or unstable. One robot's first steps
 --- are repeated on the CPU and the slopes of the force taken at its masses.
 

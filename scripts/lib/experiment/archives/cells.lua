@@ -79,7 +79,9 @@ function cells.grid(options)
   end)
   function grid.notes(rows)
     local list = {}
-    for k, axis in ipairs(axes) do list[#list + 1] = narrow(rows, options.descriptors[k], k, axis) end
+    for k, axis in ipairs(axes) do
+      list[#list + 1] = narrow(rows, options.descriptors[k], k, axis)
+    end
     return list
   end
   return grid
