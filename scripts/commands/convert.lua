@@ -66,6 +66,19 @@ local function read(from, arguments, notes)
   return input.robot_of(path, format.read(path, notes))
 end
 
+-- What was written, in one line.
+local function summary(job, files)
+  local bytes, size = 0, job.size
+  for _, file in ipairs(files) do bytes = bytes + #file[2] end
+  local text = ("%s: %d bytes"):format(job.to, bytes)
+  if #files > 1 then
+    text = ("%s in %d files, also %s to %s"):format(text, #files, source.name_of(files[1][1]),
+      source.name_of(files[#files - 1][1]))
+  end
+  if not size then return text end
+  return ("%s; the robot is %.4g x %.4g x %.4g m"):format(text, size[1], size[2], size[3])
+end
+
 local function write(files, force)
   for _, file in ipairs(files) do
     if host.file.exists(file[1]) and not force then
@@ -76,7 +89,6 @@ local function write(files, force)
     local written, message = host.file.mkdir(source.folder_of(file[1]))
     if written then written, message = host.file.write_atomic(file[1], file[2]) end
     if not written then failure.raise(1, message) end
-    output.write(("%s: %d bytes\n"):format(file[1], #file[2]))
   end
 end
 
@@ -93,6 +105,8 @@ function command.run(arguments)
   local files = format.write(job)
   if type(files) == "string" then files = { { to, files } } end
   write(files, arguments.force)
+  output.write(summary(job, files), "\n")
+  if job.warning then output.warn(("! %s: %s\n"):format(to, job.warning)) end
   formats.note_losses(format, job.robot, job.notes)
   for _, note in ipairs(job.notes) do output.warn("! not carried: ", note, "\n") end
   return 0

@@ -68,6 +68,22 @@ suite:test("surfaces are closed where parts touch along edges and at corners", f
   end
 end)
 
+suite:test("an STL is reported with its size, and a wrong unit is noticed", function(t)
+  local folder = stage(t)
+  for _, case in ipairs { { "0.15 x 0.1 x 0.15 m\n" }, { "0.024 x 0.016 x 0.024 m\n", "8" },
+    { "0.0003 x 0.0002 x 0.0003 m\n", "0.1", "is 0.0003 m, expected 0.001 to 100 m: its voxels"
+      .. " have edges of 0.1 mm; --edge MM sets them" },
+    { "150 x 100 x 150 m\n", "5e4", "longest side of the robot is 150 m" } } do
+    local size, edge, warning = unpack(case, 1, 3)
+    local words = { "convert", "robot.json", "r.stl", "--force", edge and "--edge=" .. edge }
+    local done = process.completes(t, folder, words)
+    t:ok(done.stdout:find(size, 1, true), done.stdout)
+    t:equal(select(2, done.stdout:gsub("\n", "")), 1)
+    t:equal(done.stderr:find("! r.stl: ", 1, true) ~= nil, warning ~= nil)
+    t:ok(done.stderr:find(warning or "", 1, true), done.stderr)
+  end
+end)
+
 suite:test("3MF keeps materials and names", function(t)
   local folder = stage(t)
   local robot = host.json.decode(source.read(folder .. "/robot.json"))
@@ -124,7 +140,9 @@ suite:test("a simulated robot is a series of grids at the positions of its trace
   local folder = stage(t)
   limax.robot(folder .. "/robot.json"):simulate({ duration = 0.2, settle = 0.05,
     record = { center_of_mass = 50 } }):save(folder .. "/walk.json")
-  convert(t, folder, "walk.json", 'a & "b".pvd')
+  local done = process.completes(t, folder, { "convert", "walk.json", 'a & "b".pvd' })
+  t:ok(done.stdout:find('^a & "b"%.pvd: %d+ bytes in 12 files, also a & "b"_0000%.vtu to '
+    .. 'a & "b"_0010%.vtu\n$'), done.stdout)
   -- the same rates, hence the time step that the robot was scored with
   convert(t, folder, "walk.json", "walk.npz", "--record", "center_of_mass=50", "--record",
     "position=50")

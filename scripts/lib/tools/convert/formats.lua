@@ -19,7 +19,7 @@ local vtk = require "limax.tools.convert.vtk"
 local formats = {}
 
 -- A job has the paths `from` and `to`, the command's `arguments`, `notes`, which receive what is
--- lost, and the `robot`.
+-- lost, and the `robot`. A writer may add `size`, along x, y and z in m, and a `warning`.
 
 ---@class limax.convert.format
 ---@field ending string
@@ -47,8 +47,21 @@ local function edge_of(robot)
   return robot.description.edge or defaults.fields.simulation.edge.value
 end
 
+-- m: a longest side beyond these is probably a mistake of the unit
+local SMALLEST, LARGEST = 1e-3, 100
+
 local function mesh_of(job)
-  return surface.of_robot(job.robot, job.arguments.edge or edge_of(job.robot) * MILLIMETRES)
+  local edge = job.arguments.edge or edge_of(job.robot) * MILLIMETRES
+  local mesh = surface.of_robot(job.robot, edge)
+  local size = surface.size(mesh)
+  for k = 1, 3 do size[k] = size[k] / MILLIMETRES end
+  job.size = size
+  local longest = math.max(unpack(size))
+  if longest < SMALLEST or longest > LARGEST then
+    job.warning = ("the longest side of the robot is %.4g m, expected %g to %g m: its voxels have"
+      .. " edges of %.4g mm; --edge MM sets them"):format(longest, SMALLEST, LARGEST, edge)
+  end
+  return mesh
 end
 
 local function materials_of(job) return job.robot.materials:table().materials end

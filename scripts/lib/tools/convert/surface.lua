@@ -174,6 +174,18 @@ function surface.of(voxel)
   return mesh
 end
 
+--- The size of a surface along x, y and z, in the unit of its points.
+---@return number[]
+function surface.size(mesh)
+  local low, high = { unpack(mesh.points[1]) }, { unpack(mesh.points[1]) }
+  for _, point in ipairs(mesh.points) do
+    for k = 1, 3 do
+      low[k], high[k] = math.min(low[k], point[k]), math.max(high[k], point[k])
+    end
+  end
+  return { high[1] - low[1], high[2] - low[2], high[3] - low[3] }
+end
+
 --- The surface of a robot in millimetres.
 ---@param edge number mm, of a voxel
 function surface.of_robot(robot, edge)
