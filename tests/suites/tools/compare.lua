@@ -35,8 +35,10 @@ suite:test("runs become arms, pairs and a table in every form", function(t)
   local done = process.completes(t, base, words)
   contains(t, done.stdout, "Baseline: fixed", "Wilcoxon's exact signed-rank test of pairs for "
     .. "random: every seed and repetition is in both arms.",
-    "n = 3: the smallest p after Holm over 1 is 0.25", "random: too few runs for any claim",
-    "\nExploratory, no claims")
+    "n = 3: the smallest p after Holm over 1 is 0.25", "\nExploratory, no claims")
+  t:ok(done.stdout:find("\nrandom: too few runs for any claim: the smallest p after Holm is 0.25."
+    .. " Its difference from fixed is %S+ m %(95 %% interval %S+ to %S+%) on 3 pairs of runs.\n\n"
+    .. "arm +n +median"), done.stdout)
 
   for _, word in ipairs { "--out", base .. "/out", "--json" } do words[#words + 1] = word end
   done = process.ends(base, words)
@@ -254,6 +256,13 @@ suite:test("ten pairs of one sign are a claim, and Holm counts the arms", functi
     t:ok(result.arms[k + 1].claim:find(claim), result.arms[k + 1].claim)
     t:equal(result.arms[k + 1].claimed, k < 3)
   end
+  t:equal(result.sentences, {
+    "better is better than fixed by 0.5 (95 % interval 0.5 to 0.5; p = 0.0059 after Holm) on 10"
+      .. " pairs of runs.",
+    "worse is worse than fixed by 0.25 (95 % interval 0.25 to 0.25; p = 0.0059 after Holm) on 10"
+      .. " pairs of runs.",
+    "same: no difference from fixed was shown (p = 1 after Holm). Its difference from fixed is +0"
+      .. " (95 % interval 0 to 0) on 10 pairs of runs." })
 end)
 
 suite:test("a missing pair means the unpaired test, and is named", function(t)
@@ -263,6 +272,8 @@ suite:test("a missing pair means the unpaired test, and is named", function(t)
     { "rank_sum", "b lacks seed 1, repetition 6 of a", 1 })
   t:near(test.p, 2 / 462)
   t:ok(result.arms[2].claim:find "^better than a", result.arms[2].claim)
+  t:equal(result.sentences, { "b is better than a by 9.5 (median 13 against median 3.5; p = 0.0043"
+    .. " after Holm) on 5 and 6 runs." })
 end)
 
 suite:test("no claim: few runs, other evaluations, a model that was asked too little", function(t)

@@ -1,9 +1,10 @@
---- tables.lua: a comparison as text, CSV and JSON. Fitness has the unit of the experiment's
+--- tables.lua: a comparison as text, HTML, CSV and JSON. Fitness has the unit of the experiment's
 --- fitness; evaluations are simulations of a robot for its score.
 
 local charts = require "limax.tools.report.charts"
 local csv = require "limax.base.csv"
 local host = require "limax.host"
+local html = require "limax.tools.report.html"
 local measures = require "limax.tools.compare.measures"
 local runs = require "limax.tools.report.runs"
 local sample = require "limax.base.statistics.sample"
@@ -104,8 +105,8 @@ local function by_text(result, text_of, add)
   end
 end
 
--- How the tests were chosen, and what they can show.
-local function add_tests(result, add)
+-- How the tests were chosen, what they can show, and what else there is to know about the arms.
+local function add_notes(result, add)
   for _, each in ipairs(TESTS) do
     by_text(result, function(arm) return arm.test and arm.test.name == each[1] and arm.test.why end,
       function(names, why) add(("%s for %s: %s."):format(each[2], names, why)) end)
@@ -116,9 +117,14 @@ local function add_tests(result, add)
       .. " takes n = %s."):format(arm.n, result.comparisons, test.smallest_p_holm,
       test.needed and tostring(test.needed) or "more than 100")
   end, function(_, text) add(text) end)
-end
-
-local function add_about_arms(result, add)
+  if centre_name(result) == "centre" then
+    add(("centre: the interquartile mean (IQM) from %d runs up, else the median."):format(
+      sample.LEAST_FOR_MEAN))
+  end
+  if result.failed_at_publish > 0 then
+    add(("%d champions fail at publish: they count as the worst outcome of all runs.")
+      :format(result.failed_at_publish))
+  end
   for _, arm in ipairs(result.arms) do
     if arm.model then
       add(("%s: the model set %.1f %% of %d generations."):format(arm.name, 100 * arm.model.share,
@@ -134,35 +140,60 @@ local function add_about_arms(result, add)
   end
 end
 
+local function exploratory_text(result)
+  return (", no claims: runs whose best_standard reached %.4g (%s), and the mean of the best so far"
+    .. " over evaluations"):format(result.target, result.target_given and "--target"
+    or "the centre of the baseline's last generations")
+end
+
+-- The rows of arms for which something was proposed.
+local function proposed_of(rows)
+  local list = {}
+  for _, row in ipairs(rows) do list[#list + 1] = row.proposed > 0 and row or nil end
+  return list
+end
+
 --- The comparison as text for a terminal.
 function tables.text(result, style)
-  local rows, proposed = rows_of(result), {}
+  local rows = rows_of(result)
+  local proposed = proposed_of(rows)
   local parts = { terminal.bold("Outcome: ", style) .. result.outcome,
-    ("Baseline: %s"):format(result.baseline), "",
+    ("Baseline: %s"):format(result.baseline), "", table.concat(result.sentences, "\n"), "",
     terminal.rows(main_table(result), rows, style), "" }
   local function add(text) parts[#parts + 1] = text end
-  add_tests(result, add)
-  if centre_name(result) == "centre" then
-    add(("centre: the interquartile mean (IQM) from %d runs up, else the median."):format(
-      sample.LEAST_FOR_MEAN))
-  end
-  if result.failed_at_publish > 0 then
-    add(("%d champions fail at publish: they count as the worst outcome of all runs.")
-      :format(result.failed_at_publish))
-  end
+  add_notes(result, add)
   add ""
-  by_text(result, function(arm) return arm.claim end,
-    function(names, claim) add(("%s: %s."):format(names, claim)) end)
-  add_about_arms(result, add)
-  if result.comparisons == 0 then add "Only one arm: there is nothing to compare it with." end
-  add ""
-  add(terminal.bold("Exploratory", style) .. (", no claims: runs whose best_standard reached %.4g "
-    .. "(%s), and the mean of the best so far over evaluations"):format(result.target,
-    result.target_given and "--target" or "the centre of the baseline's last generations"))
+  add(terminal.bold("Exploratory", style) .. exploratory_text(result))
   add(terminal.rows(EXPLORATORY, rows, style))
-  for _, row in ipairs(rows) do proposed[#proposed + 1] = row.proposed > 0 and row or nil end
   if #proposed > 0 then add("\n" .. terminal.rows(PROPOSALS, proposed, style)) end
   return table.concat(parts, "\n") .. "\n"
+end
+
+-- A table of a page, which formats numbers itself.
+local function html_table(columns, rows, caption)
+  local plain = {}
+  for c, column in ipairs(columns) do plain[c] = { column[1], column[2] } end
+  local head, cells = terminal.cells(plain, rows, "-")
+  return html.table(head, cells, caption)
+end
+
+--- The same for a page.
+function tables.html(result)
+  local rows, parts = rows_of(result), {}
+  local proposed = proposed_of(rows)
+  local function paragraph(class, text)
+    parts[#parts + 1] = ("<p%s>%s</p>\n"):format(class, html.escaped(text))
+  end
+  local function note(text) paragraph(' class="note"', text) end
+  for _, text in ipairs(result.sentences) do paragraph("", text) end
+  parts[#parts + 1] = html_table(main_table(result), rows,
+    ("Outcome: %s; baseline: %s"):format(result.outcome, result.baseline))
+  add_notes(result, note)
+  parts[#parts + 1] = html_table(EXPLORATORY, rows, "Exploratory" .. exploratory_text(result))
+  if #proposed > 0 then
+    parts[#parts + 1] = html_table(PROPOSALS, proposed, "Fields that supervisors proposed")
+  end
+  return table.concat(parts)
 end
 
 --- A line per arm.

@@ -86,8 +86,14 @@ local function test_of(arm, baseline, outcomes)
   return test
 end
 
--- The result for an arm in one sentence, and whether it is a claim.
-local function sentence(arm, baseline, test, most_apart)
+-- Is the arm's outcome above the baseline's?
+local function is_better(test)
+  return test.name == "signed_rank" and test.difference > 0
+    or test.name == "rank_sum" and test.a12 > 0.5
+end
+
+-- The result for an arm, and whether it is a claim.
+local function claim_of(arm, baseline, test, most_apart)
   for _, either in ipairs { arm, baseline } do
     if either.unsupervised then
       return ("no claim: the supervisor of %s failed in every generation"):format(
@@ -113,10 +119,36 @@ local function sentence(arm, baseline, test, most_apart)
     return ("no difference from %s was shown (p = %.2g after Holm)"):format(baseline.name,
       test.p_holm), false
   end
-  local up = test.name == "signed_rank" and test.difference > 0 or test.name == "rank_sum"
-    and test.a12 > 0.5
   return ("%s %s (p = %.2g after Holm, A12 = %.2f)"):format(
-    up and "better than" or "worse than", baseline.name, test.p_holm, test.a12), true
+    is_better(test) and "better than" or "worse than", baseline.name, test.p_holm, test.a12), true
+end
+
+-- An arm against the baseline in sentences: which is better, by how much, how sure that is, and on
+-- how many runs.
+local function in_words(row, baseline, unit)
+  local test, better = row.test, is_better(row.test)
+  local difference = test.difference or row.centre - baseline.centre
+  -- ranks and centres may differ in their direction: then there is no "better by"
+  local by = row.claimed and (better and difference > 0 or not better and difference < 0)
+  local about, on
+  if test.difference then
+    local low, high = test.low, test.high
+    if by and not better then low, high = -high, -low end
+    about = ("95 %% interval %.3g to %.3g"):format(low, high)
+    on = row.n == 1 and "1 pair of runs" or ("%d pairs of runs"):format(row.n)
+  else
+    about = ("%s %.4g against %s %.4g"):format(row.centre_name, row.centre, baseline.centre_name,
+      baseline.centre)
+    on = ("%d and %d runs"):format(row.n, baseline.n)
+  end
+  unit = unit and unit ~= "1" and " " .. unit or ""
+  if not by then
+    return ("%s: %s. Its difference from %s is %+.3g%s (%s) on %s."):format(row.name, row.claim,
+      baseline.name, difference, unit, about, on)
+  end
+  return ("%s is %s than %s by %.3g%s (%s; p = %.2g after Holm) on %s."):format(row.name,
+    better and "better" or "worse", baseline.name, math.abs(difference), unit, about, test.p_holm,
+    on)
 end
 
 -- Adds what depends on the number of tests: p after Holm, the smallest possible, and the number of
@@ -132,7 +164,8 @@ local function adjust(tests)
   end
 end
 
---- The comparison of runs whose outcomes were measured, as a table of plain values.
+--- The comparison of runs whose outcomes were measured, as a table of plain values; `sentences`
+--- has the result for each arm in words.
 ---@param outcomes table<limax.report.run, number> filled up here
 ---@param options { baseline: string|nil, target: number|nil, outcome: string|nil }|nil see
 --- `limax compare --help`; `outcome` is what was measured, in words
@@ -141,7 +174,7 @@ function verdict.compare(list, outcomes, options)
   local filled = fill_worst(folders.of(list), outcomes)
   local baseline = find_baseline(list, options.baseline)
   local target = options.target or sample.centre(each(baseline.runs, measures.last))
-  local result = { baseline = baseline.name, failed_at_publish = filled, target = target,
+  local result = { sentences = {}, baseline = baseline.name, failed_at_publish = filled, target = target,
     target_given = options.target ~= nil, outcome = options.outcome or outcome.TEXT, arms = {} }
   local tests, baseline_row = {}, nil
   for i, arm in ipairs(list) do
@@ -163,11 +196,16 @@ function verdict.compare(list, outcomes, options)
     result.arms[i] = row
   end
   adjust(tests)
+  local unit = not options.outcome and folders.fitness_words(list[1].runs[1].config.fitness)
   for _, row in ipairs(result.arms) do
     if row.test then
       row.claim, row.claimed =
-        sentence(row, baseline_row, row.test, list[1].runs[1].config.population)
+        claim_of(row, baseline_row, row.test, list[1].runs[1].config.population)
+      table.insert(result.sentences, in_words(row, baseline_row, unit))
     end
+  end
+  if #tests == 0 then
+    result.sentences[1] = "Only one arm: there is nothing to compare it with."
   end
   result.comparisons = #tests
   return result

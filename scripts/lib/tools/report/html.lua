@@ -37,10 +37,11 @@ end
 
 --- A table with a head; numbers are aligned right. The first column names its row.
 function html.table(columns, rows, caption)
-  local head, lines = {}, {}
-  for c, name in ipairs(columns) do
-    head[c] = cell("th", ' scope="col"', name, rows[1] and type(rows[1][c]) == "number")
+  local head, lines, has_number = {}, {}, {}
+  for _, row in ipairs(rows) do
+    for c = 1, #columns do has_number[c] = has_number[c] or type(row[c]) == "number" end
   end
+  for c, name in ipairs(columns) do head[c] = cell("th", ' scope="col"', name, has_number[c]) end
   for k, row in ipairs(rows) do
     local cells = {}
     for c = 1, #columns do

@@ -18,8 +18,6 @@ local verdict = require "limax.tools.compare.verdict"
 
 local page = {}
 
--- Letters of a line of the comparison.
-local COMPARISON = 120
 -- More folders than these are counted, not listed; the table of results has all.
 local MOST_LISTED = 6
 
@@ -98,17 +96,15 @@ local function configuration(folders)
   return section("configuration", "Configuration", table.concat(parts))
 end
 
--- The output of `limax compare` for these arms, or its error; empty for a single arm.
+-- What `limax compare` prints for these arms, or its error; empty for a single arm.
 local function comparison(folders, list, options)
   if #list < 2 or options.robots == false then return "" end
   local fine, text = failure.attempt(function()
     local outcomes = outcome.measure(runs.finished(folders), engine.device(options.device or "cpu"))
-    return tables.text(verdict.compare(list, outcomes),
-      { color = false, ascii = true, width = COMPARISON })
+    return tables.html(verdict.compare(list, outcomes))
   end)
-  return section("comparison", "Comparison", fine
-    and ('<pre tabindex="0" role="region" aria-label="the output of limax compare">%s</pre>\n')
-      :format(html.escaped(text)) or note("limax compare: " .. failure.bare(text)))
+  return section("comparison", "Comparison",
+    fine and text or note("limax compare: " .. failure.bare(text)))
 end
 
 -- Notes on the generations in which the supervisor of each arm failed.
@@ -176,12 +172,12 @@ function page.text(folders, options)
   local shown = options.robots == false and { body = "", scripts = {} }
     or robots.section(list, options)
   local sections = {
+    why and "" or comparison(folders, list, options),
     section("results", "Results", html.table(columns, rows, "Every repetition of every run"),
       note("Fitness: " .. words .. ". Best: under the run's first materials where that is known."),
       supervisor_failures(list),
       why and note("Each run is an arm of its own, since " .. why) or ""),
     shown.body == "" and "" or section("robots", "Robots", shown.body) }
-  if not why then sections[3] = comparison(folders, list, options) end
   for _, each in ipairs(charts.of(list, label)) do
     sections[#sections + 1] = charted(each, list)
   end
