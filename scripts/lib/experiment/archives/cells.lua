@@ -77,6 +77,7 @@ function cells.grid(options)
     for k = 1, #axes do cell = cell + axes[k].stride * axes[k].at(values[k]) end
     return cell
   end)
+  grid.axes = axes
   function grid.notes(rows)
     local list = {}
     for k, axis in ipairs(axes) do
