@@ -174,8 +174,9 @@ function verdict.compare(list, outcomes, options)
   local filled = fill_worst(folders.of(list), outcomes)
   local baseline = find_baseline(list, options.baseline)
   local target = options.target or sample.centre(each(baseline.runs, measures.last))
-  local result = { sentences = {}, baseline = baseline.name, failed_at_publish = filled, target = target,
-    target_given = options.target ~= nil, outcome = options.outcome or outcome.TEXT, arms = {} }
+  local result = { baseline = baseline.name, failed_at_publish = filled, target = target,
+    target_given = options.target ~= nil, outcome = options.outcome or outcome.TEXT, arms = {},
+    sentences = {} }
   local tests, baseline_row = {}, nil
   for i, arm in ipairs(list) do
     local values = each(arm.runs, function(run) return outcomes[run] end)
