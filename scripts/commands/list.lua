@@ -1,26 +1,40 @@
---- list.lua: `limax list [DIR]`: the runs in a folder with state, best and arm.
+--- list.lua: `limax list [DIR]`: the runs in a folder with state, best and arm; with --robots the
+--- best robots of a run.
 
 local check = require "limax.run.check"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
 local output = require "limax.base.output"
 local reader = require "limax.run.reader"
+local robot_list = require "limax.tools.report.robot_list"
 local runs = require "limax.tools.report.runs"
 local source = require "limax.base.source"
 local terminal = require "limax.base.terminal"
 
 local command = {
-  summary = "list runs with state, best and arm",
-  usage = "limax list [--check] [DIR]",
+  summary = "list runs with state, best and arm, or the best robots of a run",
+  usage = "limax list [--check] [DIR] or limax list --robots RUN [N]",
   text = [[
 Lists the run folders in DIR ("runs" if left out), up to three folders deep, which includes the runs
 of a study. DIR may be a run folder itself. A run that cannot be read is listed as damaged, with the
 reason on the standard error; the status is then still 0, with --check it is 1. Where a run has an
-archive with cells, coverage and QD score are those of its repetition with the larger QD score.]],
+archive with cells, coverage and QD score are those of its repetition with the larger QD score.
+
+--robots lists the N best robots (10 if left out) of the last generations of all repetitions of a
+run, which are always kept; better robots of earlier generations may be missing unless survival
+keeps them, as the default "elitist" does. The generation is that of a robot's first appearance,
+parents are ids, lengths are in m and s; with trials, distance and speed are those of the first
+trial; the body has its extent and its number of voxels. limax picture RUN --robot ID draws one of
+the repetition with the best champion.]],
   positional = { most = 1, name = "DIR" },
-  options = { { name = "check",
-    text = "read every file of each run, and name those that are damaged" } },
+  exclusive = { { "check", "robots" } },
+  options = {
+    { name = "check", text = "read every file of each run, and name those that are damaged" },
+    { name = "robots", argument = "RUN", text = "list the best robots of this run" },
+  },
 }
+
+local MOST_ROBOTS = 10
 
 -- The runs of a study are in NAME/ARM/rNN.
 local DEPTH = 3
@@ -98,7 +112,22 @@ local function verify(found)
   return 1
 end
 
+-- The number of robots to list.
+local function count_of(word)
+  local count = word and tonumber(word) or MOST_ROBOTS
+  if word and not (word:find "^%d+$" and count >= 1) then
+    failure.raise(2, ('limax list --robots RUN N: N is "%s"; expected a whole number from 1')
+      :format(word))
+  end
+  return count
+end
+
 function command.run(arguments)
+  if arguments.robots then
+    local count = count_of(arguments[1])
+    output.write(robot_list.text(runs.read(arguments.robots), count, terminal.style()), "\n")
+    return 0
+  end
   local path = arguments[1] or "runs"
   if host.file.exists(path) ~= "folder" then
     failure.raise(arguments[1] and 2 or 1, ("%s is not a folder%s"):format(path,
@@ -107,17 +136,17 @@ function command.run(arguments)
   local found = folders_below(#path > 1 and path:gsub("/+$", "") or path, DEPTH, {})
   if #found == 0 then failure.raise(1, ("there is no run folder in %s"):format(path)) end
   if arguments.check then return verify(found) end
-  local rows, problems = {}, {}
+  local lines, problems = {}, {}
   for k, each in ipairs(found) do
     local row, problem = row_of(each)
-    rows[k] = row or { terminal.word(each), "damaged" }
+    lines[k] = row or { terminal.word(each), "damaged" }
     if problem then problems[#problems + 1] = ("limax: %s\n"):format(terminal.word(problem)) end
   end
   local columns = { "run", "state", "arm", "seed", "repetitions", "generations", "best" }
-  for _, row in ipairs(rows) do
+  for _, row in ipairs(lines) do
     if row[9] then columns[8], columns[9] = "coverage", "QD score" end
   end
-  output.write(terminal.table(columns, rows, terminal.style()), "\n")
+  output.write(terminal.table(columns, lines, terminal.style()), "\n")
   output.warn(table.concat(problems))
   return 0
 end
