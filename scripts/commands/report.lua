@@ -1,5 +1,6 @@
 --- report.lua: `limax report RUN...`: one self-contained page about runs, done or in progress.
 
+local activity = require "limax.tools.console.activity"
 local charts = require "limax.tools.report.charts"
 local failure = require "limax.base.failure"
 local output = require "limax.base.output"
@@ -18,7 +19,8 @@ read as they are. A run with an archive or objectives has its map or its Pareto 
 robot, or choose it with the arrow keys, to see its numbers and its body. With --figures the figures
 of a paper are written instead: SVG and PDF of 85 and 175 mm, and the numbers drawn as CSV. Where
 the fitness is a function of a script, the comparison of several arms needs runs that are yours, as
-`limax compare` does.]],
+`limax compare` does. Standard error shows what is being done: on a terminal at once, else every 10
+s.]],
   positional = { least = 1, name = "RUN" },
   options = {
     { name = "out", argument = "FILE", text = "write the page there" },
@@ -40,26 +42,39 @@ local function page_path(out, folder)
   return out
 end
 
-function command.run(arguments)
-  page_path(arguments.out, "")
-  local folders = runs.read_all(arguments)
+-- Writes figures and page; returns a line about each.
+local function write(arguments, show)
+  local folders, lines = runs.read_all(arguments, false, show), {}
   local any = false
   for _, folder in ipairs(folders) do
     any = any or #folder.runs > 0
   end
   if not any then failure.raise(1, "no generation has been scored yet: nothing to report") end
   local options = { device = arguments.device, robots = not arguments.no_robots,
-    say = function(line) output.warn(line, "\n") end }
+    progress = show,
+    say = function(line)
+      show()
+      output.warn(line, "\n")
+    end }
   if arguments.figures then
+    show "drawing figures"
     local names = charts.write(arguments.figures, (runs.arms(folders)),
       (page.fitness_label(folders)))
-    output.write(("%s: %s\n"):format(shell.path(arguments.figures), table.concat(names, ", ")))
-    if not arguments.out then return 0 end
+    lines[1] = ("%s: %s\n"):format(shell.path(arguments.figures), table.concat(names, ", "))
+    if not arguments.out then return lines end
   end
   local path = page_path(arguments.out, (arguments[1]:gsub("(.)/+$", "%1")))
   local text = page.text(folders, options)
   source.write(path, text)
-  output.write(("%s: %.0f kB\n"):format(shell.path(path), #text / 1000))
+  lines[#lines + 1] = ("%s: %.0f kB\n"):format(shell.path(path), #text / 1000)
+  return lines
+end
+
+function command.run(arguments)
+  page_path(arguments.out, "")
+  local show, lines = activity.new(), nil
+  failure.finally(show, function() lines = write(arguments, show) end)
+  output.write(table.concat(lines))
   return 0
 end
 

@@ -2,6 +2,7 @@
 --- loads nothing, shows what a run or a model wrote as text, and has the archive, front, islands,
 --- ages and step sizes of runs that have them.
 
+local activity = require "limax.tools.console.activity"
 local evolution = require "support.evolution"
 local forged = require "support.forged"
 local host = require "limax.host"
@@ -9,7 +10,9 @@ local limax = require "limax"
 local motion = require "limax.draw.motion"
 local process = require "support.process"
 local reader = require "limax.run.reader"
+local report_page = require "limax.tools.report.page"
 local replay = require "limax.tools.report.replay"
+local runs = require "limax.tools.report.runs"
 local source = require "limax.base.source"
 local talker = require "support.talker"
 local trial = require "support.trial"
@@ -89,6 +92,30 @@ suite:test("several runs become arms, which are compared, with a film strip of e
   t:equal(select(2, page:gsub('class="figure%-row"', "")), 4)
 end)
 
+suite:test("what a report is doing is shown, redrawn on a terminal, else every 10 s", function(t)
+  local base = t:folder()
+  local words = { run(base .. "/a", {}), run(base .. "/b", { supervisor = "random" }) }
+  local texts = {}
+  local function collect(text) texts[#texts + 1] = text end
+  report_page.text(runs.read_all(words, false, collect), { progress = collect })
+  contains(t, table.concat(texts, "\n"), "reading " .. words[2], "simulating random, gen",
+    "comparing: ", "drawing Learning", "lineage of fixed")
+
+  local function written(on_terminal)
+    local parts, now = {}, 0
+    local show = activity.new { on_terminal = on_terminal, columns = 12,
+      clock = function() return now end, write = function(text) parts[#parts + 1] = text end }
+    for _, text in ipairs { "first", "first", "second \27[31m text" } do
+      show(text)
+      now = now + 6
+    end
+    show()
+    return table.concat(parts)
+  end
+  t:equal(written(true), "\r\27[Kfirst\r\27[Ksecond \\u00\r\27[K")
+  t:equal(written(false), "second \\u001b[31m text\n")
+end)
+
 suite:test("a curve ends with its first repetition, many arms have no bands", function(t)
   local curves = require "limax.tools.report.curves"
   local function arm(name, state, ...)
@@ -118,7 +145,7 @@ suite:test("a curve ends with its first repetition, many arms have no bands", fu
 end)
 
 suite:test("the line of better parents leads from generation 0 to the champion", function(t)
-  local lineage, runs = require "limax.tools.report.lineage", require "limax.tools.report.runs"
+  local lineage = require "limax.tools.report.lineage"
   local folder = run(t:folder() .. "/r", { generations = 8, population = 8 })
   local read = runs.read(folder).runs[1]
   local line = lineage.of(read)
@@ -217,6 +244,39 @@ suite:test("a run in progress is reported and listed", function(t)
   local done = process.completes(t, base, { "list" })
   t:ok(done.stdout:find "runs/half +stopped +random +1 +1 +2/3 ", done.stdout)
   t:ok(done.stdout:find "runs/whole +done +fixed +7 +1 +3/3 ", done.stdout)
+end)
+
+suite:test("limax list --robots has the best robots of the last generations", function(t)
+  local base, expected = t:folder(), {}
+  evolution.script(base .. "/try.lua", "repetitions = 2, lattice = { 3, 2, 2 },"
+    .. " fitness = function(robot) return robot:distance(), { mass = robot.body.mass } end")
+  process.completes(t, base, { "run", "-q", "try.lua", "--out", "r" })
+  for repetition = 1, 2 do
+    for _, row in ipairs(reader.read(base .. "/r"):rows(repetition, 2)) do
+      local body, parents = row.body, table.concat(row.parents, "+")
+      if row.fitness then
+        expected[#expected + 1] = { row.fitness, ("%d %d %d %.4g %s %.4g %.4g %.4g %s %d"):format(
+          row.id, repetition, row.generation, row.fitness, parents ~= "" and parents or "-",
+          row.fitness, row.fitness / row.outcome.time, row.measures.mass,
+          table.concat(body.size, "x"), body.voxels) }
+      end
+    end
+  end
+  table.sort(expected, function(a, b) return a[1] > b[1] end)
+  for _, count in ipairs { 3, 10 } do
+    local done = process.completes(t, base, { "list", "--robots", "r", tostring(count) })
+    local lines = {}
+    for line in done.stdout:gmatch "[^\n]+" do
+      lines[#lines + 1] = line:gsub("^ +", ""):gsub(" +", " ")
+    end
+    t:equal(table.remove(lines, 1),
+      "id repetition generation fitness parents distance speed mass body voxels")
+    t:equal(#lines, math.min(count, #expected))
+    for k, line in ipairs(lines) do t:equal(line, expected[k][2]) end
+  end
+  process.fails(t, base, 2, { "list", "--robots", "r", "0" },
+    'N is "0"; expected a whole number from 1')
+  process.fails(t, base, 2, { "list", "--robots", "." }, "is not a run folder")
 end)
 
 suite:test("the replay of a robot of 5x5x5 voxels takes less than 150 kB for 5 s", function(t)

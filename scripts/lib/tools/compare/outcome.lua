@@ -58,16 +58,16 @@ local function champion_of(run)
 end
 
 -- Simulates a champion in the trials of its last generation, which its file holds.
-local function simulate_trials(run, device, values, calls)
+local function simulate_trials(run, device, values, calls, on_progress)
   local description, path = champion_of(run)
   description.materials = run.config.materials
   local walked = failure.about(path, robot.of, description):simulate { accuracy = TIER,
-    device = device }
+    device = device, progress = on_progress }
   if walked.status == "done" then values[run] = scoring.call(calls[run], walked, state_of(run)) end
 end
 
 -- Simulates the champions of runs with the same world in one batch.
-local function simulate(list, device, values, calls)
+local function simulate(list, device, values, calls, on_progress)
   local config = list[1].config
   local stored = list[1].path .. "/config.json"
   local materials = failure.about(stored, engine.materials, config.materials)
@@ -80,7 +80,7 @@ local function simulate(list, device, values, calls)
   end
   robots:check(materials, { require_muscle = false })
   local simulation = engine.simulation(robots, materials, scene, options, device)
-  simulation:run()
+  simulation:run(on_progress)
   local all, mask = rows.new({ letters = rows.letters(config.lattice) }, #list), {}
   for i = 1, #list do
     all[i].id, all[i].origin, mask[i] = i, "hand", true
@@ -97,7 +97,8 @@ local function simulate(list, device, values, calls)
 end
 
 --- The outcome of each run; a champion whose simulation fails at `publish` has none.
----@param options? { fitness?: function } the fitness of all of them, if the caller has it
+---@param options? { fitness?: function, progress?: fun(progress: table) } the fitness of all of
+--- them, if the caller has it; as for simulation:run
 ---@return table<limax.report.run, number>
 function outcome.measure(list, device, options)
   options = options or {}
@@ -108,7 +109,7 @@ function outcome.measure(list, device, options)
     local key = host.json.encode { config.lattice, config.materials, config.scene,
       config.simulation, config.record }
     if config.trials then
-      simulate_trials(run, device, values, calls)
+      simulate_trials(run, device, values, calls, options.progress)
     elseif not by_key[key] then
       by_key[key] = { run }
       groups[#groups + 1] = by_key[key]
@@ -116,7 +117,9 @@ function outcome.measure(list, device, options)
       table.insert(by_key[key], run)
     end
   end
-  for _, group in ipairs(groups) do simulate(group, device, values, calls) end
+  for _, group in ipairs(groups) do
+    simulate(group, device, values, calls, options.progress)
+  end
   return values
 end
 

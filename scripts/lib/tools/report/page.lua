@@ -74,9 +74,12 @@ local function ancestors_of(arm)
     html.table({ "generation", "robot", "fitness", "parents", "voxels", "body" }, rows, title))
 end
 
-local function ancestry(list)
+local function ancestry(list, say)
   local parts = {}
-  for k = 1, math.min(#list, charts.MOST_ARMS) do parts[k] = ancestors_of(list[k]) end
+  for k = 1, math.min(#list, charts.MOST_ARMS) do
+    say("lineage of " .. list[k].name)
+    parts[k] = ancestors_of(list[k])
+  end
   return section("lineage", #list == 1 and "Lineage of the champion" or "Lineage of champions",
     table.concat(parts))
 end
@@ -100,7 +103,11 @@ end
 local function comparison(folders, list, options)
   if #list < 2 or options.robots == false then return "" end
   local fine, text = failure.attempt(function()
-    local outcomes = outcome.measure(runs.finished(folders), engine.device(options.device or "cpu"))
+    local outcomes = outcome.measure(runs.finished(folders), engine.device(options.device or "cpu"),
+      { progress = function(at)
+        options.progress(("comparing: champions at publish, %d %%"):format(
+          100 * at.steps / math.max(1, at.steps_total)))
+      end })
     return tables.html(verdict.compare(list, outcomes))
   end)
   return section("comparison", "Comparison",
@@ -160,11 +167,13 @@ end
 ---@field device? string|limax.device that simulates the robots for their replays
 ---@field robots? boolean false leaves robots out
 ---@field say? fun(text: string)
+---@field progress? fun(text: string) what is done now
 
 --- The text of a report.
 ---@param folders limax.report.folder[] with a generation in one of them at least
 function page.text(folders, options)
   options = options or {}
+  options.progress = options.progress or function() end
   local list, why = runs.arms(folders)
   local label, words = page.fitness_label(folders)
   local title = title_of(runs.of(list))
@@ -178,10 +187,12 @@ function page.text(folders, options)
       supervisor_failures(list),
       why and note("Each run is an arm of its own, since " .. why) or ""),
     shown.body == "" and "" or section("robots", "Robots", shown.body) }
+  options.progress "drawing charts"
   for _, each in ipairs(charts.of(list, label)) do
+    options.progress("drawing " .. each.title)
     sections[#sections + 1] = charted(each, list)
   end
-  sections[#sections + 1] = ancestry(list)
+  sections[#sections + 1] = ancestry(list, options.progress)
   sections[#sections + 1] = configuration(folders)
   sections = table.concat(sections)
   local links = {}

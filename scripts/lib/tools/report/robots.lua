@@ -56,7 +56,8 @@ local function add(shown, pick, options)
       trials and (", trial %d"):format(k) or "")
     if fine then
       fine, walked, why = failure.attempt(motion.simulate, walker,
-        { device = options.device, trial = trials and k })
+        { device = options.device, trial = trials and k,
+          progress = function() options.progress("simulating " .. name) end })
       if not fine then walked, why = nil, failure.bare(walked) end
     end
     if walked then

@@ -79,9 +79,10 @@ end
 
 -- Adds the runs of a study that have begun, with their entries in the study. With `whole` all must
 -- be done.
-local function add_study(list, word, whole)
+local function add_study(list, word, whole, say)
   local study, missing = study_file.read(word), 0
   for _, entry in ipairs(study.runs) do
+    say(word .. "/" .. entry.path)
     local begun = runs.is_folder(word .. "/" .. entry.path)
     local folder = begun and runs.read(word .. "/" .. entry.path)
     if not begun or folder.state ~= "done" then missing = missing + 1 end
@@ -100,13 +101,16 @@ end
 
 --- The run folders that these words name; a study names its runs.
 ---@param whole? boolean true: all runs of a study must be done; else those are read that have begun
-function runs.read_all(words, whole)
+---@param on_progress? fun(text: string) called before each is read
+function runs.read_all(words, whole, on_progress)
   local list = {}
+  local function say(path) if on_progress then on_progress("reading " .. path) end end
   for _, word in ipairs(words) do
     word = #word > 1 and word:gsub("/+$", "") or word
     if study_file.exists(word) then
-      add_study(list, word, whole)
+      add_study(list, word, whole, say)
     else
+      say(word)
       list[#list + 1] = runs.read(word)
     end
   end
