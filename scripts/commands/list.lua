@@ -19,6 +19,8 @@ Lists the run folders in DIR ("runs" if left out), up to three folders deep, whi
 of a study. DIR may be a run folder itself. A run that cannot be read is listed as damaged, with the
 reason on the standard error; the status is then still 0, with --check it is 1. Where a run has an
 archive with cells, coverage and QD score are those of its repetition with the larger QD score.
+Where a run was continued by --changed with fields that change what a score means, these are named
+with the generation, and best is that of the generations since.
 
 --robots lists the N best robots (10 if left out) of the last generations of all repetitions of a
 run, which are always kept; better robots of earlier generations may be missing unless survival
@@ -67,7 +69,7 @@ local function row_of(path)
   if not fine then return nil, failure.bare(folder) end
   local best, archive
   for _, run in ipairs(folder.runs) do
-    for _, line in ipairs(run.lines) do
+    for _, line in ipairs(runs.comparable(run)) do
       local score = runs.score(line)
       if score and (not best or score > best) then best = score end
     end
@@ -79,7 +81,8 @@ local function row_of(path)
   local config = folder.config
   return { terminal.word(path), folder.state, terminal.word(supervisor_name(config)),
     tostring(config.seed), #folder.runs, ("%d/%d"):format(runs.generations(folder)), best or "-",
-    archive and archive.coverage or nil, archive and archive.qd_score or nil }
+    archive and archive.coverage or nil, archive and archive.qd_score or nil,
+    changed = table.concat(runs.changed(folder.runs), "; ") }
 end
 
 -- A folder and its damage.
@@ -145,6 +148,13 @@ function command.run(arguments)
   local columns = { "run", "state", "arm", "seed", "repetitions", "generations", "best" }
   for _, row in ipairs(lines) do
     if row[9] then columns[8], columns[9] = "coverage", "QD score" end
+  end
+  for _, row in ipairs(lines) do
+    if (row.changed or "") ~= "" then columns.changed = #columns + 1 end
+  end
+  if columns.changed then
+    columns[#columns + 1] = "changed"
+    for _, row in ipairs(lines) do row[#columns] = row.changed end
   end
   output.write(terminal.table(columns, lines, terminal.style()), "\n")
   output.warn(table.concat(problems))

@@ -65,6 +65,9 @@ end
 --- The text that is shown of a folder.
 function command.text_of(folder, style)
   local parts = { state_line(folder, style) }
+  for _, text in ipairs(runs.changed(folder.runs)) do
+    parts[#parts + 1] = ("changed: %s; scores before and after cannot be compared"):format(text)
+  end
   local list = runs.arms { folder }
   if #list == 0 then
     parts[#parts + 1] = "no generation has been scored yet"

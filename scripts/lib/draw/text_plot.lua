@@ -76,18 +76,25 @@ local ascii_marks = { "*", "o", "+", "x" }
 
 --- Lines over a common pair of axes; a later series is drawn over an earlier one.
 ---@param options { style: limax.terminal.style, rows?: integer, columns?: integer, x?: string,
---- y?: string } x and y name the axes
+--- y?: string, changes?: { x: number, text: string }[] } x and y name the axes; changes are
+--- vertical lines
 function text_plot.draw(series, options)
   local style, rows, margin = options.style, options.rows or 10, 9
   local columns = options.columns or math.max(20, math.min(style.width, 100) - margin - 3)
-  local across, down, bar, corner, dash = 2, 4, "│", "└", "─"
-  if style.ascii then across, down, bar, corner, dash = 1, 1, "|", "+", "-" end
+  local across, down, bar, corner, dash, broken = 2, 4, "│", "└", "─", "┆"
+  if style.ascii then across, down, bar, corner, dash, broken = 1, 1, "|", "+", "-", ":" end
   local canvas = rasterize(series, columns, rows, across, down)
 
   local lines, legend = {}, {}
   for s, line in ipairs(series) do
     local mark = style.ascii and ascii_marks[s] or braille(line.dotted and 0x21 or 0x24)
     legend[s] = terminal.paint(mark .. mark .. " " .. line.name, line.color, style)
+  end
+  local changed = {}
+  for _, change in ipairs(options.changes or {}) do
+    local share = (change.x - canvas.x_low) / (canvas.x_high - canvas.x_low)
+    changed[math.floor(share * (columns - 1) + 0.5)] = true
+    legend[#legend + 1] = ("%s %s from %g on"):format(broken, change.text, change.x)
   end
   lines[1] = terminal.pad(options.y or "", margin, true) .. "   " .. table.concat(legend, "   ")
   for row = 0, rows - 1 do
@@ -97,7 +104,7 @@ function text_plot.draw(series, options)
     end
     local parts = { terminal.pad(label, margin, true), " ", bar }
     for column = 0, columns - 1 do
-      local cell, text = row * columns + column, " "
+      local cell, text = row * columns + column, changed[column] and broken or " "
       local bits = canvas.bits[cell]
       if bits then
         text = style.ascii and ascii_marks[canvas.symbol[cell]] or braille(bits)
@@ -141,7 +148,7 @@ function text_plot.panel(panel, options)
     end
   end
   return text_plot.draw(series, { style = options.style, rows = options.rows, x = panel.x.label,
-    y = panel.y.label })
+    y = panel.y.label, changes = panel.changes })
 end
 
 return text_plot

@@ -21,6 +21,9 @@ local UNSCORED = { breeding = true, evaluations = true, generations = true, name
   not_in_paper = true, record_population = true, repetitions = true, run = true, schema = true,
   selection = true, supervision = true, supervisor = true, survival = true }
 
+--- Does this field of an experiment decide what a score means?
+function config.is_scored(name) return not UNSCORED[name] and name ~= "record" end
+
 -- Copies of the scripts, named by their path below the experiment's folder, or by the file's name.
 local function copies(experiment)
   local base = experiment.origin and source.folder_of(experiment.origin) .. "/"

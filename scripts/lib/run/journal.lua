@@ -17,6 +17,7 @@ local source = require "limax.base.source"
 ---@field config_hash string|nil
 ---@field generations table<integer, table[]> lines of each repetition, of generation 0 first
 ---@field begins table[] lines of the processes that wrote the folder
+---@field begin_of table<table, table> by the line of a generation: the process that wrote it
 ---@field damage limax.run.damage[]
 ---@field transcript integer bytes that transcript.jsonl has at least
 ---@field next table<integer, integer> the generation that is expected next, of each repetition
@@ -70,7 +71,7 @@ function visit.generation(self, line, number)
   end
   self.next[r] = g + 1
   -- lines beyond a gap do not count
-  if #list == g then list[g + 1] = line end
+  if #list == g then list[g + 1], self.begin_of[line] = line, self.begins[#self.begins] end
   self.transcript = math.max(self.transcript, line.transcript or 0)
 end
 
@@ -130,7 +131,7 @@ function journal.read(folder)
   local text, message, missing = source.read_own(path)
   if not text then return nil, message, missing end
   local self = setmetatable({ path = path, bytes = 0, config = "config.json", generations = {},
-    begins = {}, damage = {}, next = {}, transcript = 0 }, Journal)
+    begins = {}, begin_of = {}, damage = {}, next = {}, transcript = 0 }, Journal)
   local number = 0
   for line, last in text:gmatch "([^\n]*\n)()" do
     number = number + 1

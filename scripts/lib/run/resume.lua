@@ -1,6 +1,7 @@
 --- resume.lua: continuing a run folder: how its configuration and scripts differ from the current
 --- ones, and which differences are refused.
 
+local changes = require "limax.run.changes"
 local config = require "limax.run.config"
 local failure = require "limax.base.failure"
 local flat = require "limax.base.flat"
@@ -79,6 +80,11 @@ local function compare(folder, made, current, allowed, switch)
   local more = #list - most_shown
   if more > 0 then lines[#lines + 1] = ("  ... and %d more"):format(more) end
   add_script_changes(lines, folder, current)
+  local names = changes.between(folder.config, host.json.decode(host.json.encode(made)))
+  if names[1] then
+    lines[#lines + 1] = ("  scores before and after cannot be compared, since %s changed; `limax"
+      .. " compare` refuses such a run"):format(changes.names { fields = names })
+  end
   if #lines > 0 and not allowed then refuse_changes(folder, lines, switch) end
   return { changed = #lines > 0, text = table.concat(lines, "\n") }
 end

@@ -103,6 +103,30 @@ for _, signal in ipairs { "INT", "KILL" } do
     function(t) survives(t, signal, 6) end)
 end
 
+suite:test("a killed run is stopped, and not running, for every command", function(t)
+  local folder = t:folder()
+  evolution.script(folder .. "/hangs.lua", [[fitness = function(robot)
+    if robot.generation == 1 then
+      io.stderr:write "ready\n"
+      require("limax.host").wait(3600)
+    end
+    return robot:distance()
+  end]])
+  local child = process.start(folder, { "run", "hangs.lua", "-q", "--out", "r" })
+  child:wait_for "ready"
+  for _, state in ipairs { "running", "stopped" } do
+    for _, words in ipairs { { "list", "r" }, { "watch", "--once", "r" } } do
+      local shown = completes(t, folder, words).stdout
+      t:equal({ shown:find "running" ~= nil, shown:find "stopped" ~= nil },
+        { state == "running", state == "stopped" })
+    end
+    if state == "running" then
+      child:signal "KILL"
+      child:finish()
+    end
+  end
+end)
+
 suite:test("a run that keeps the best robots goes on from its newest generations", function(t)
   local folder = t:folder()
   evolution.script(folder .. "/best.lua", [[generations = 6, supervisor = function(history)

@@ -37,6 +37,7 @@ local MANY = 200
 ---@field curves limax.chart.curve[]
 ---@field bands limax.chart.band[]|nil behind the curves
 ---@field note string|nil a line below the title
+---@field changes { x: number, text: string }[]|nil vertical lines where the values change meaning
 ---@field marks limax.chart.marks|nil robots
 ---@field right number|nil px, the room for the names of the curves in a page
 
@@ -194,6 +195,17 @@ local function draw_curves(place, curves)
   return labels
 end
 
+-- Dashed vertical lines, each with its text along it.
+local function draw_changes(place, list)
+  for _, change in ipairs(list) do
+    local x = place:at_x(change.x)
+    place.canvas:path({ { x, place.top }, { x, place.bottom } },
+      { stroke = ink.faint, width = 1, dash = { 4, 3 } })
+    place:text(x + 12, (place.top + place.bottom) / 2, change.text,
+      { anchor = "middle", upwards = true, fill = ink.faint })
+  end
+end
+
 --- The name of the k-th curve in tables.
 function panel.name_of(curve, k) return curve.name or curve.title or ("line %d"):format(k) end
 
@@ -227,6 +239,7 @@ function panel.draw(canvas, spec, box)
   local bands = spec.bands or {}
   for _, band in ipairs(bands) do draw_band(place, band, #bands > 1) end
   draw_names(place, draw_curves(place, spec.curves))
+  draw_changes(place, spec.changes or {})
   return place
 end
 

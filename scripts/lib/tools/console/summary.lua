@@ -38,14 +38,16 @@ local function number(value, pattern) return value and pattern:format(value) or 
 -- Columns for numbers that a fitness names; more make the table wider than a terminal.
 local most_measures = 3
 
-local function best_table(first, last, unit, style)
+-- `since`: the first generation whose scores can be compared with the last one's.
+local function best_table(first, last, since, unit, style)
   local heads = { "best of", "distance, m", "speed, m/s", "body lengths/s",
     unit and unit ~= "1" and "fitness, " .. unit or "fitness" }
   local names, rows = choice.sorted_keys(last.measures), {}
   for k = 1, math.min(#names, most_measures) do heads[#heads + 1] = names[k] end
   for k, best in ipairs { first, last } do
-    local row = { ("generation %d"):format(best.generation), number(best.distance, "%.3f"),
-      number(best.speed, "%.3f"), number(best.lengths, "%.2f"),
+    local before = best.generation < since and ", before the change" or ""
+    local row = { ("generation %d%s"):format(best.generation, before),
+      number(best.distance, "%.3f"), number(best.speed, "%.3f"), number(best.lengths, "%.2f"),
       number(best.description.score, "%.5g") }
     for m = 1, math.min(#names, most_measures) do
       local measure = best.measures[names[m]]
@@ -75,10 +77,11 @@ local function repetition_table(list, style)
   for k, run in ipairs(list) do
     local first, last = run.lines[1], run.lines[#run.lines]
     rows[k] = { run.repetition, #run.lines, runs.score(first), runs.score(last), last.mean,
-      last.diversity.all and last.diversity.all.hamming or "-" }
+      last.diversity.all and last.diversity.all.hamming or "-", runs.changed({ run })[1] }
   end
-  return terminal.table({ "repetition", "generations", "first best", "last best", "last mean",
-    "diversity" }, rows, style)
+  local heads = { "repetition", "generations", "first best", "last best", "last mean", "diversity" }
+  if runs.changed(list)[1] then heads[#heads + 1] = "changed" end
+  return terminal.table(heads, rows, style)
 end
 
 --- Shows the end of a run, and writes champion.svg into its folder.
@@ -102,7 +105,13 @@ function summary.show(folder, options)
     terminal.bold(config.name, style), #lines, config.population, run.repetition, run.seed))
   if #found.runs > 1 then write(repetition_table(found.runs, style) .. "\n\n") end
   local unit, words = runs.fitness_words(config.fitness)
-  write(best_table(first, last, unit, style) .. "\n")
+  local since = runs.comparable(run)[1].generation
+  write(best_table(first, last, since, unit, style) .. "\n")
+  local changed = runs.changed({ run })[1]
+  if changed then
+    write(terminal.bold(("changed: %s; scores before and after cannot be compared"):format(changed),
+      style) .. "\n")
+  end
   write(("fitness: %s\n\n"):format(words))
   local archive = lines[#lines].archive
   if archive and archive.cells then

@@ -2,6 +2,7 @@
 --- their methods of search; their question and budget must be the same, else they cannot be
 --- compared.
 
+local changes = require "limax.run.changes"
 local choice = require "limax.base.choice"
 local failure = require "limax.base.failure"
 local flat = require "limax.base.flat"
@@ -74,6 +75,14 @@ local function check_question(first, shared, run, its)
   if more > 0 then texts[#texts + 1] = ("  ... and %d more"):format(more) end
   failure.raise(2, ("%s and %s cannot be compared: another question or budget:\n%s"):format(
     first.path, run.path, table.concat(texts, "\n")))
+end
+
+-- Refuses a run whose scores mean two things.
+local function check_changes(run)
+  if not run.changes or not run.changes[1] then return end
+  failure.raise(2, ("%s: repetition %d was continued by --changed with another %s; scores before"
+    .. " and after cannot be compared: start a new run instead"):format(run.path, run.repetition,
+    changes.text(run.changes)))
 end
 
 -- A supervisor's name; that of a function is its file, because lines move when it is edited.
@@ -163,6 +172,7 @@ end
 function arms.group(list)
   local groups, by_key, shared = {}, {}, nil
   for _, run in ipairs(list) do
+    check_changes(run)
     local own, its = fields_of(run)
     if shared then check_question(list[1], shared, run, its) end
     shared = shared or its

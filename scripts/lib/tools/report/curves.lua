@@ -2,6 +2,7 @@
 --- A line is the centre of an arm's repetitions; its band is their spread.
 
 local bootstrap = require "limax.base.statistics.bootstrap"
+local changes = require "limax.run.changes"
 local palette = require "limax.draw.palette"
 local runs = require "limax.tools.report.runs"
 local sample = require "limax.base.statistics.sample"
@@ -23,7 +24,8 @@ local function short(name)
   return name:sub(1, MOST_LETTERS - 1):gsub("[\192-\255][\128-\191]*$", "") .. "…"
 end
 
---- Explains lines and bands: "Lines: median of n = 3 runs per arm; band: lowest to highest of 3."
+--- Explains lines and bands, "Lines: median of n = 3 runs per arm; band: lowest to highest of 3.",
+--- and the dashed lines where scores change their meaning.
 function curves.meaning(list)
   local texts = {}
   for k, arm in ipairs(list) do
@@ -37,7 +39,14 @@ function curves.meaning(list)
     end
     texts[k] = text
   end
-  return table.concat(runs.distinct(texts), ". Or: ") .. "."
+  local changed = {}
+  for _, arm in ipairs(list) do
+    for _, text in ipairs(runs.changed(arm.runs, function(run) return runs.title(arm, run) end)) do
+      changed[#changed + 1] = text
+    end
+  end
+  return table.concat(runs.distinct(texts), ". Or: ") .. "." .. (changed[1]
+    and (" Dashed: what scores mean changed (%s)."):format(table.concat(changed, "; ")) or "")
 end
 
 local function interval(values)
@@ -83,10 +92,24 @@ function curves.over(arm, value, banded)
   return points, band
 end
 
-local function panel_of(title, label)
+-- Where the scores of any run change their meaning; one line for a generation.
+local function changes_of(list)
+  local found, seen = {}, {}
+  for _, run in ipairs(runs.of(list)) do
+    for _, change in ipairs(run.changes or {}) do
+      if change.generation < #run.lines and not seen[change.generation] then
+        seen[change.generation] = true
+        found[#found + 1] = { x = change.generation, text = short(changes.names(change)) }
+      end
+    end
+  end
+  return found
+end
+
+local function panel_of(list, title, label)
   return { title = title, x = { label = "generation", whole = true },
     y = { label = label, whole = label == "robots" or label == "bodies" },
-    curves = {}, bands = {} }
+    curves = {}, bands = {}, changes = changes_of(list) }
 end
 
 -- Adds the k-th line, and its band if there is one.
@@ -102,7 +125,7 @@ end
 --- A value by generation, a line for each arm that has it.
 ---@param label string with the unit
 function curves.panel(list, title, label, value)
-  local panel = panel_of(title, label)
+  local panel = panel_of(list, title, label)
   for k, arm in ipairs(list) do
     local points, band = curves.over(arm, value, #list <= MOST_BANDS)
     if #points > 0 then add(panel, arm.name, k, points, band) end
@@ -113,7 +136,7 @@ end
 --- Several values of one arm by generation.
 ---@param values { [1]: string, [2]: fun(line: table): number|nil }[] name and value of each line
 function curves.values(arm, title, label, values)
-  local panel = panel_of(title, label)
+  local panel = panel_of({ arm }, title, label)
   for k, each in ipairs(values) do add(panel, each[1], k, curves.over(arm, each[2])) end
   return panel
 end

@@ -38,6 +38,8 @@ function facts.final(list)
       local most = -math.huge
       for _, line in ipairs(run.lines) do
         failed, coarse = failed + curves.failed(line), coarse + (line.coarse or 0)
+      end
+      for _, line in ipairs(runs.comparable(run)) do
         most = math.max(most, runs.score(line) or -math.huge)
       end
       local row = { arm.name, run.seed, run.repetition, run.state,

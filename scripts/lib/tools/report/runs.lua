@@ -3,6 +3,7 @@
 --- progress is not disturbed.
 
 local arms = require "limax.tools.report.arms"
+local changes = require "limax.run.changes"
 local check = require "limax.run.check"
 local choice = require "limax.base.choice"
 local failure = require "limax.base.failure"
@@ -32,6 +33,7 @@ local runs = {}
 ---@field evaluations integer so far, `before` included
 ---@field before integer evaluations that a study spent on tuning
 ---@field arm string|nil its name in a study
+---@field changes limax.run.change[] of what its scores mean
 ---@field donor string|nil whose parameters it repeats: "parameters of random"
 
 ---@class limax.report.folder
@@ -72,7 +74,7 @@ function runs.read(path)
       config = config, seed = tostring(config.seed), repetition = repetition, state = state,
       lines = read:lines("metrics", repetition), ledger = ledger,
       timing = read:lines("timing", repetition), evaluations = read:evaluations(repetition),
-      before = 0, donor = donor_of(ledger) })
+      before = 0, donor = donor_of(ledger), changes = changes.of(read, repetition) })
   end
   return folder
 end
@@ -183,12 +185,35 @@ end
 --- The champion's score, under the first materials where that is recorded.
 function runs.score(line) return line.best_standard or line.best end
 
+--- The lines since the last change of what a score means: only these can be compared.
+function runs.comparable(run)
+  local first, list = 0, {}
+  for _, change in ipairs(run.changes or {}) do
+    if change.generation < #run.lines then first = change.generation end
+  end
+  for k = first + 1, #run.lines do list[#list + 1] = run.lines[k] end
+  return list
+end
+
+--- The changes of what the scores of these runs mean, one text for each run that has any.
+---@param title_of fun(run: limax.report.run): string|nil
+function runs.changed(list, title_of)
+  local texts = {}
+  for _, run in ipairs(list) do
+    if run.changes and run.changes[1] then
+      local title = title_of and title_of(run)
+      texts[#texts + 1] = (title and title .. ": " or "") .. changes.text(run.changes)
+    end
+  end
+  return runs.distinct(texts)
+end
+
 --- The generation whose champion is the result of a run: the last one, or, as only the survival
 --- "elitist" keeps the best robot to the end, the last of those with the best score.
 ---@return table line of metrics
 function runs.result(run)
   local found = run.lines[#run.lines]
-  for _, line in ipairs(run.config.survival and run.lines or {}) do
+  for _, line in ipairs(run.config.survival and runs.comparable(run) or {}) do
     if (runs.score(line) or -math.huge) > (runs.score(found) or -math.huge) then found = line end
   end
   return found
