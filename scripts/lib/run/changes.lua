@@ -5,6 +5,7 @@ local config = require "limax.run.config"
 local failure = require "limax.base.failure"
 local flat = require "limax.base.flat"
 local journal = require "limax.run.journal"
+local settings = require "limax.settings.settings"
 local source = require "limax.base.source"
 local terminal = require "limax.base.terminal"
 
@@ -47,14 +48,18 @@ local function config_of(read, begin)
 end
 
 --- The fields that change what a score means from one configuration to another, without those below
---- another one: "fitness" before "fitness.function".
+--- another one ("fitness" before "fitness.function"), or that another tier sets.
 ---@return string[]
 function changes.between(before, now)
-  local paths = {}
+  local paths, of_tier = {}, {}
+  for _, name in ipairs(before.simulation.accuracy ~= now.simulation.accuracy
+    and settings.of_tier or {}) do
+    of_tier["simulation." .. name] = true
+  end
   for _, each in ipairs(flat.differences(scored_fields(before), scored_fields(now))) do
-    local path = terminal.word(each.path)
-    local above = paths[#paths]
-    if not above or path:sub(1, #above + 1) ~= above .. "." then paths[#paths + 1] = path end
+    local path, above = terminal.word(each.path), paths[#paths]
+    local is_below = above and path:sub(1, #above + 1) == above .. "."
+    if not is_below and not of_tier[path] then paths[#paths + 1] = path end
   end
   return paths
 end

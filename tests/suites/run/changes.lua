@@ -1,5 +1,5 @@
---- changes.lua: a run that `--changed` continues with other fields that decide what a score means is
---- marked wherever it is shown, and not compared.
+--- changes.lua: a run that `--changed` continues with other fields that decide what a score means
+--- is marked wherever it is shown, and not compared.
 
 local evolution = require "support.evolution"
 local forged = require "support.forged"
@@ -40,21 +40,23 @@ suite:test("another duration and fitness are marked, and refused by compare", fu
   done = continue(t, folder, "fitness=height")
   contains(t, done.stderr, "cannot be compared, since fitness changed")
   t:equal(changes_of(folder .. "/r", 1), { { generation = 3, fields = { "fitness" } } })
-  done = continue(t, folder, "generations=5", "simulation.duration=0.2")
-  local text = "fitness, simulation.duration from generation 3 on"
+  done = continue(t, folder, "generations=5", "simulation.duration=0.2",
+    "simulation.accuracy=evolve")
+  local text = "fitness, simulation.accuracy, simulation.duration from generation 3 on"
   contains(t, done.stdout, text, "generation 0, before the change", " 3 on\n")
   contains(t, completes(t, folder, { "list", "." }).stdout, text)
   contains(t, completes(t, folder, { "watch", "--once", "r" }).stdout, text)
   completes(t, folder, { "report", "r", "--out", "r.html" })
   -- the line is in every curve of the page
-  contains(t, process.read(folder .. "/r.html"), text, ">fitness, simulation.d")
+  contains(t, process.read(folder .. "/r.html"), text, ">fitness, simulation.a")
   for _, words in ipairs { { "compare", "pure", "r" }, { "compare", "r" } } do
     process.fails(t, folder, 2, words, "r: repetition 1", text)
   end
 
   -- a cut that removes all generations after the change removes its mark
   completes(t, folder, { "run", "--resume", "r", "-q", "--changed", "--from", "1", "--set",
-    "fitness=distance", "--set", "simulation.duration=0.1" })
+    "fitness=distance", "--set", "simulation.duration=0.1", "--set",
+    "simulation.accuracy=preview" })
   t:equal(changes_of(folder .. "/r", 1), {})
 end)
 

@@ -202,7 +202,7 @@ local function draw_changes(place, list)
     place.canvas:path({ { x, place.top }, { x, place.bottom } },
       { stroke = ink.faint, width = 1, dash = { 4, 3 } })
     place:text(x + 12, (place.top + place.bottom) / 2, change.text,
-      { anchor = "middle", upwards = true, fill = ink.faint })
+      { anchor = "middle", upwards = true, fill = ink.faint, size = place.size - 2 })
   end
 end
 

@@ -41,7 +41,7 @@ function curves.meaning(list)
   end
   local changed = {}
   for _, arm in ipairs(list) do
-    for _, text in ipairs(runs.changed(arm.runs, function(run) return runs.title(arm, run) end)) do
+    for _, text in ipairs(runs.changed(arm.runs, function() return arm.name end)) do
       changed[#changed + 1] = text
     end
   end
