@@ -161,18 +161,22 @@ local function plan(session, config)
   end
 end
 
-local function announce(session, config, device)
+local function announce(session, experiment, device)
   if session.quiet then return end
+  local config = experiment.config
   local which = ("repetition%s %d%s%s"):format(session.first < session.last and "s" or "",
     session.first, session.first < session.last and " to " .. session.last or "",
     session.at_once > 1 and " together" or "")
+  local supervisor = experiment.supervisor
   local where = device.kind
   if device.threads then where = ("%s (%d threads)"):format(where, device.threads) end
   if exchange.count > 1 then where = ("%d ranks, each on %s"):format(exchange.count, where) end
   local trials = #(config.trials or {})
-  output.warn(("%s: %s, %d generations of %d robots%s, on %s; folder %s\n"):format(config.name,
-    which, config.generations, config.population,
-    trials > 1 and (" in %d trials"):format(trials) or "", where, session.folder.path))
+  output.warn(("%s: %s, %d generations of %d robots%s, supervisor %s, on %s; folder %s\n"):format(
+    config.name, which, config.generations, config.population,
+    trials > 1 and (" in %d trials"):format(trials) or "",
+    supervisor.own and "a function of the script" or supervisor.name, where,
+    session.folder.path))
   local tier = tiers.of(config.simulation)
   if tier then
     local measured = tiers.measured(device)
@@ -249,7 +253,7 @@ local function begin(session, experiment, arguments, changes, device)
   host.signal.on_hard_stop("continue with: "
     .. terminal.shown(shell.resume_command(session.path)))
   session.folder:start(device, exchange.count > 1 and exchange.count or nil)
-  announce(session, experiment.config, device)
+  announce(session, experiment, device)
   local slower = passes.warning(device:describe())
   if slower then table.insert(session.notes, "CPU passes: " .. slower) end
   for _, note in ipairs(session.notes) do session.progress:say(note) end
@@ -328,8 +332,12 @@ local function end_early(session, value, trace)
   if status then error(value, 0) end
   if machine then
     -- nothing is wrong with the script
-    output.warn("limax: ", failure.bare(value), "\n",
-      command_line and ("continue with: %s\n"):format(command_line) or "")
+    local advice = command_line and ("continue with: %s\n"):format(command_line) or ""
+    if machine == "memory" and folder and not folder.on_disk and not folder.found_newest then
+      advice = ("no generation is complete: begin again with a smaller population or lattice (--set"
+        .. " population=N) and another --out than %s\n"):format(shell.path(session.path))
+    end
+    output.warn("limax: ", failure.bare(value), "\n", advice)
   else
     output.warn("limax: ", failure.first_trace(value) or trace, repair, "\n")
   end

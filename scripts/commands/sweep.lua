@@ -22,7 +22,8 @@ local command = {
 Each --set is a list of values of one field, separated by commas; a comma within brackets, braces or
 quotation marks belongs to a value: --set lattice=[4,4,4],[5,5,5]. The runs are all combinations, in
 all repetitions. Each is a run folder in DIR; `limax compare DIR` and `limax report DIR` read them
-together, with an arm for each combination.
+together, with an arm for each combination. A field that the supervisor changes during a run is
+refused: add --set supervisor=fixed.
 
 Every configuration is checked before anything runs. The same command again, or --resume DIR, goes
 on: runs that are done stay, a run that was stopped is continued. Further values and repetitions

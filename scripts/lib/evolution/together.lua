@@ -25,21 +25,28 @@ end
 ---@field repetitions integer[] in the order in which they begin
 ---@field at_once integer
 ---@field begin fun(repetition: integer): limax.run
----@field on_progress fun(state: table) steps of steps_total are generations; spring_rate
+---@field on_progress fun(state: table) steps of steps_total are generations; done of robots are
+--- simulations; time of duration, s, is their mean; spring_rate
 
--- Shows the share of each generation of the queue, and the rate of all since `began`.
+-- Shows how far the generations of the queue are, and the rate of all since `began`.
 local function show(options, queue, springs, began)
-  local share = 0
+  local share, done, robots, time, duration = 0, 0, 0, 0, 0
   for _, run in ipairs(queue) do
     local going = run.population.going
     local state = going and going.steps:total()
     if state then
       springs.sum = springs.sum + state.spring_steps - (springs[going] or 0)
       springs[going] = state.spring_steps
-      share = share + (state.steps_total > 0 and state.steps / state.steps_total or 0)
+      local own = state.steps_total > 0 and state.steps / state.steps_total or 0
+      share, done, robots = share + own, done + state.done, robots + state.robots
+      for _, trial in ipairs(run.population.trials) do
+        local whole = trial.options.duration * state.robots / #run.population.trials
+        time, duration = time + own * whole, duration + whole
+      end
     end
   end
-  options.on_progress { steps = share, steps_total = 1,
+  options.on_progress { steps = share, steps_total = 1, done = done, robots = robots,
+    time = time / math.max(robots, 1), duration = duration / math.max(robots, 1),
     spring_rate = springs.sum / (host.clock() - began) }
 end
 

@@ -88,6 +88,8 @@ function world.new(experiment, options)
   self.encoding = encodings.of_engine(experiment.encoding, config.genome,
     { lattice = config.lattice, materials = first.count, seed = config.seed,
       repetition = repetition })
+  -- and genomes for which there is no memory, before a run folder is made
+  self:empty():free()
   self.first_step, self.first_step_material = least_bound(self, first)
   return self
 end

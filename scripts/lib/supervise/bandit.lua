@@ -65,6 +65,7 @@ return {
     exploration = schema.number { value = 0.5, unit = "of UCB1's own", minimum = 0, maximum = 10,
       reason = "runs are short: a hundred plays of nine arms" },
   },
+  changes = function() return FIELDS end,
   make = function(options)
     return function(history)
       local now = history[#history].parameters

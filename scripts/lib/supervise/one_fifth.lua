@@ -38,6 +38,7 @@ return {
     window = schema.number { value = 3, unit = "generations", minimum = 1, maximum = 1000,
       integer = true, reason = "twenty offspring are too few to estimate a share of one fifth" },
   },
+  changes = function() return { "mutation_scale" } end,
   make = function(options)
     return function(history)
       local won, tried = 0, 0

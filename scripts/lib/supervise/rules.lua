@@ -76,6 +76,7 @@ return {
     finest = schema.number { value = 0.25, unit = "of the first mutation scale", minimum = 0.01,
       maximum = 1, reason = "smaller steps change a body too little within a run" },
   },
+  changes = function() return { "mutation_rate", "mutation_scale", "elite_fraction" } end,
   make = function(options)
     return function(history)
       local now = history[#history]

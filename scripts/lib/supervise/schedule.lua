@@ -53,6 +53,11 @@ for _, name in ipairs(parameters) do options[name] = points_rule end
 
 return {
   options = options,
+  changes = function(chosen)
+    local list = {}
+    for _, name in ipairs(parameters) do list[#list + 1] = chosen[name] and name end
+    return list
+  end,
   make = function(chosen)
     return function(history)
       local coming = history[#history].generation + 1

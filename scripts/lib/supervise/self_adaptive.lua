@@ -15,6 +15,7 @@ return {
     parents = schema.number { value = 0.3, unit = "of the population", above = 0, maximum = 1,
       reason = "the default share of elites: those whose scales survive" },
   },
+  changes = function() return { "mutation_scale" } end,
   make = function(options)
     return function(history, random)
       local now = history[#history]

@@ -26,6 +26,8 @@ local supervise = strict.module "limax.supervise"
 ---@field start? fun(options: table, run: limax.run, fallback: limax.supervisor|nil):
 --- limax.supervisor.session for supervisors with state between generations
 ---@field unfit? fun(options: table, config: table): string|nil why it cannot serve this experiment
+---@field changes? fun(options: table): string[] the fields that it may set; all that an experiment
+--- allows if left out
 
 ---@class limax.supervisor.session
 ---@field decide fun(self: any, step: limax.supervision.step): table, table, table, table
@@ -57,6 +59,7 @@ supervise.parameters = proposals.parameters
 ---@field start (fun(run: limax.run): limax.supervisor.session)|nil instead of `call`
 ---@field own boolean|nil is it the user's own function?
 ---@field unfit? fun(config: table): string|nil why it cannot serve this experiment
+---@field changes string[]|nil the fields that it may set; nil for all that an experiment allows
 
 --- The supervisor that an experiment names: a name, { name, option = value }, or a function.
 ---@param spec string|table|limax.supervisor.law
@@ -67,7 +70,7 @@ function supervise.get(spec)
   local entry = supervise.entries[name]
   local supervisor = { name = name, unfit = entry.unfit and function(config)
     return entry.unfit(options, config)
-  end }
+  end, changes = entry.changes and entry.changes(options) }
   local fallback = options.fallback
   if fallback == "keep" then fallback = nil end
   fallback = fallback and supervise.get(fallback)

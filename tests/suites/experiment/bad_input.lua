@@ -67,6 +67,22 @@ suite:test("the next free folder is taken and printed, one that is used is refus
   t:equal(source.read(folder .. "/runs/try-1/r01/metrics.jsonl"), before)
 end)
 
+suite:test("too little memory: no folder, and no advice to resume an empty one", function(t)
+  local folder = t:folder()
+  -- the genomes need 4 TB
+  evolution.script(folder .. "/wide.lua", "population = 1e6, genome = { hidden = { 1024, 1024 } }")
+  process.fails(t, folder, 2, { "run", "wide.lua", "--out", "r" },
+    "a population of 1000000 robots on a lattice of 2x2x2 voxels needs")
+  t:equal(host.file.exists(folder .. "/r"), nil)
+  evolution.script(folder .. "/later.lua", [[fitness = function()
+    require("limax.engine.fault").throw { kind = "memory", status = 1, text = "it is full" }
+  end]])
+  local done = run(folder, { "run", "later.lua", "-q", "--out", "r" })
+  t:equal(done.status, 1)
+  t:ok(done.stderr:find "limax: it is full\nno generation is complete: begin again with a smaller",
+    done.stderr)
+end)
+
 suite:test("a full disk: one message, and whole generations stay", function(t)
   local folder = t:folder()
   evolution.script(folder .. "/try.lua", "genome = { hidden = { 4 } }, generations = 40")

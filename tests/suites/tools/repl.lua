@@ -40,6 +40,24 @@ x, nil
 ]==]), "300\t300\n11\n6\nfive\n7\tnil\nstatus 0\n")
 end)
 
+suite:test("statements that end in an expression show its value", function(t)
+  t:equal(run(t:folder(), "", [==[
+local x = { 1, 2 }; x[1], x[2]
+x[1] = 5; x[1] + 1
+y = 3 x[1]
+x[1] = 6; x[1];
+print(x[1]); --[[ a comment; ]] "end" -- another
+for i = 1, 2 do
+  x
+    [1] = i; end
+local function f() return 8 end; 1 - f() -- last
+]==]), "1\t2\n6\n5\n6\n\"end\"\n-7\nstatus 0\n")
+  -- the error has its own line
+  t:equal(run(t:folder(), "", "x = {}; x.a.b\nprint 'not reached'\n"),
+    "input:1: attempt to index field 'a' (a nil value)\n  input:1: in main chunk\nstatus 1\n")
+  t:equal(run(t:folder(), "", "x = 1 2\n"), "input:1: unexpected symbol near '2'\nstatus 1\n")
+end)
+
 suite:test("without a terminal the first error ends with status 1", function(t)
   for input, output in pairs {
     ["error 'boo'\nprint 'not reached'\n"] = "input:1: boo\n  input:1: in main chunk\n",

@@ -4,6 +4,7 @@
 local evolution = require "support.evolution"
 local host = require "limax.host"
 local process = require "support.process"
+local progress = require "limax.tools.console.progress"
 local reader = require "limax.run.reader"
 local trial = require "support.trial"
 
@@ -75,6 +76,29 @@ suite:test("a supervisor that always fails is in summary, metrics, compare and r
     "no claim: the supervisor of mine.lua failed")
   process.completes(t, folder, { "report", "r", "--no-robots" })
   t:ok(process.read(folder .. "/r/report.html"):find(loud, 1, true))
+end)
+
+suite:test("the first line names the supervisor", function(t)
+  for name, expected in pairs { rules = "rules", fixed = "fixed" } do
+    local done = run(t, "--set", "supervisor=" .. name, "--set", "generations=1")
+    t:ok(done.stderr:find(("^[^\n]* robots, supervisor %s, on "):format(expected)), done.stderr)
+  end
+end)
+
+suite:test("without a terminal a long generation has a line every 10 s", function(t)
+  local written = {}
+  local shown = progress.new { total = 4, repetitions = 1,
+    write = function(text) written[#written + 1] = text end }
+  shown.bar = false
+  local state = { steps = 0.25, steps_total = 1, done = 7, robots = 30, time = 1250,
+    duration = 5000, spring_rate = 1e8 }
+  shown:robots(state)
+  t:equal(written, {})
+  shown.began, shown.written = shown.began - 100, shown.written - 10
+  shown:robots(state)
+  shown:robots(state)
+  t:equal(written, { "generation 1/4  25 min 0 s left  7 of 30 simulations done, 1250 of 5000 s "
+    .. "on average\n" })
 end)
 
 suite:test("resuming a finished run prints the command that extends it", function(t)

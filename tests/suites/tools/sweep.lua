@@ -199,6 +199,37 @@ suite:test("bad input ends with one message before anything is written", functio
   end
 end)
 
+suite:test("values that the supervisor would change are refused", function(t)
+  local folder = begin(t)
+  local rate, scale = "breeding.mutation_rate=0.1,0.2", "breeding.mutation_scale=0.1,0.2"
+  local function planned(...)
+    return process.ends(folder, { "sweep", "try.lua", "--out", "s", "--list", "--set", ... })
+  end
+  for _, case in ipairs {
+    { rate, "supervisor=rules" }, { "supervisor=fixed,rules", rate }, { rate, "supervisor=random" },
+    { "materials.bone.stiffness=300,400", "supervisor=random", "supervision.materials=true" },
+  } do
+    local done = planned(case[1], "--set", case[2], case[3] and "--set", case[3])
+    t:equal(done.status, 2)
+    t:ok(done.stderr:find("changes it from generation to generation", 1, true)
+      and done.stderr:find("add --set supervisor=fixed", 1, true), done.stderr)
+    t:equal(host.file.exists(folder .. "/s"), nil)
+  end
+  evolution.script(folder .. "/try.lua", 'supervisor = { "schedule", mutation_rate = {{ 0, 1 }} }')
+  t:equal(planned(rate).status, 2)
+  t:equal(planned(scale).status, 0)
+  -- what other supervisors leave alone
+  for k, case in ipairs {
+    { "breeding.crossover_rate=0.1,0.2", "supervisor=rules" }, { rate, "supervisor=one_fifth" },
+    { rate, "supervisor=rules", "--set", "supervision.hyperparameters=false" },
+    { "materials.bone.stiffness=300,400", "supervisor=random" },
+  } do
+    local done = process.ends(folder, { "sweep", "try.lua", "--out", "s" .. k, "--list", "--set",
+      case[1], "--set", unpack(case, 2) })
+    t:equal({ done.status, done.stderr }, { 0, "" })
+  end
+end)
+
 suite:test("a sweep with other lists or another script is refused", function(t)
   local folder = begin(t)
   sweep(t, folder, "try.lua", "--out", "s", "--set", "seed=1,2", "--list")

@@ -148,7 +148,8 @@ goldens:test("are recorded on demand, compared, and changed with a reason", func
   local path = trial(t, [[
 local value, rtol = tonumber(os.getenv "TRIAL_VALUE") or 1, tonumber(os.getenv "TRIAL_RTOL")
 suite:test("golden", function(t)
-  t:golden("one", { a = { 1, 2.5 }, b = value }, { rtol = rtol or 1e-3,
+  local second = tonumber(os.getenv "TRIAL_SECOND") or 2.5
+  t:golden("one", { a = { 1, second }, b = value }, { rtol = rtol or 1e-3,
     why = os.getenv "TRIAL_WHY" or "a trial" })
 end)
 ]])
@@ -164,6 +165,8 @@ end)
   t:equal(select(2, run()), 0)
   t:ok(not run("", "--update-golden"):find("golden one", 1, true))
   contains(t, run "TRIAL_VALUE=1.01", "golden one: .b: expected 1, got 1.01", "a trial")
+  contains(t, run "TRIAL_VALUE=1.01 TRIAL_SECOND=5", "golden one: .a[2]: expected 2.5, got 5",
+    "recorded -> now, the worst first", "  .b: 1 -> 1.01, relative 0.01\n")
   -- without a reason nothing is recorded
   contains(t, run("TRIAL_VALUE=1.01", "--update-golden"), "golden one: 1 value, old -> new\n",
     ".b: 1 -> 1.01, relative 0.01", "it is not recorded: an update needs a reason")

@@ -1,5 +1,5 @@
 --- progress.lua: the progress of a run on standard error: a bar that is redrawn in place on a
---- terminal, one line per generation elsewhere, only warnings when quiet.
+--- terminal, elsewhere one line per generation and every 10 s within one, only warnings when quiet.
 
 local duration = require "limax.base.duration"
 local host = require "limax.host"
@@ -13,6 +13,10 @@ Progress.__index = Progress
 
 -- Least time between two drawings of the bar, s.
 local between = 0.1
+-- s between two lines within a generation without a terminal
+local BETWEEN_LINES = 10
+-- s after which the bar shows how far a generation is
+local LONG = 2
 -- colours of the 256
 local GREEN, YELLOW = 34, 136
 
@@ -31,7 +35,8 @@ function progress.new(options)
     bar = facts.stderr and not options.quiet, style = { color = facts.color_stderr },
     columns = math.max(40, facts.columns or 80),
     write = options.write or function(text) io.stderr:write(text) end,
-    began = host.clock(), drawn = -1 }, Progress)
+    began = host.clock(), generation_began = host.clock(), drawn = -1, written = host.clock() },
+    Progress)
 end
 
 --- Removes the bar from its line.
@@ -58,10 +63,16 @@ local function numbers(entry)
       entry.archive.coverage, entry.archive.qd_score) or "")
 end
 
+-- How far a generation is: "  3 of 30 simulations done, 410 of 5000 s on average".
+local function within(state)
+  return ("  %d of %d simulations done, %.4g of %.4g s on average"):format(state.done, state.robots,
+    state.time, state.duration)
+end
+
 -- Time left, from the generations that this process did.
 function Progress:time_left(share)
   local past = self.fresh + share
-  if past < 0.2 then return "" end
+  if past < 0.2 and (past == 0 or host.clock() - self.began < LONG) then return "" end
   local left = (host.clock() - self.began) / past * (self.total - self.done - share)
   return "  " .. duration(left) .. " left"
 end
@@ -70,15 +81,21 @@ local function rate_text(rate)
   return rate and ("  %.2g springs/s"):format(rate) or ""
 end
 
+-- "generation 3/40  8 s left"
+function Progress:where(share)
+  return ("generation %d/%d"):format(math.min(self.done + 1, self.total), self.total)
+    .. self:time_left(share)
+end
+
 function Progress:draw(state)
   local share = state and state.steps_total > 0 and state.steps / state.steps_total or 0
   local width = math.max(8, math.min(24, self.columns - 100))
   local full = math.floor(width * (self.done + share) / self.total + 0.5)
   local bar = terminal.paint(("#"):rep(full), GREEN, self.style) .. ("-"):rep(width - full)
-  local where = ("generation %d/%d"):format(math.min(self.done + 1, self.total), self.total)
+  local is_long = state and state.robots > 0 and host.clock() - self.generation_began >= LONG
   -- a narrow terminal cuts off the end
-  local text = where .. self:time_left(share) .. (self.last and "  " .. numbers(self.last) or "")
-    .. rate_text(self.spring_rate)
+  local text = self:where(share) .. (is_long and within(state) or "")
+    .. (self.last and "  " .. numbers(self.last) or "") .. rate_text(self.spring_rate)
   local room = self.columns - width - 4
   self.write(("\r\27[K[%s] %s"):format(bar, text:sub(1, math.max(room, 10))))
   self.shown = true
@@ -86,15 +103,23 @@ function Progress:draw(state)
 end
 
 --- Called while robots are simulated, with the progress of together.run.
----@param state { steps: number, steps_total: number, spring_rate: number }
+---@param state { steps: number, steps_total: number, spring_rate: number, done: integer,
+--- robots: integer, time: number, duration: number }
 function Progress:robots(state)
   self.spring_rate = state.spring_rate
-  if self.bar and host.clock() - self.drawn >= between then self:draw(state) end
+  local now = host.clock()
+  if self.bar then
+    if now - self.drawn >= between then self:draw(state) end
+  elseif not self.quiet and state.robots > 0 and now - self.written >= BETWEEN_LINES then
+    self.write(self:where(state.steps / state.steps_total) .. within(state) .. "\n")
+    self.written = now
+  end
 end
 
 --- Called after each generation with its history entry.
 function Progress:generation(entry, seconds)
   self.done, self.fresh, self.last = self.done + 1, self.fresh + 1, entry
+  self.generation_began, self.written = host.clock(), host.clock()
   if self.bar then
     self:draw()
   elseif not self.quiet then

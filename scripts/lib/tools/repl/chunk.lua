@@ -20,6 +20,32 @@ local function unmuted(text)
   return text:sub(1, last.first - 1) .. " " .. text:sub(last.last + 1), true
 end
 
+-- Statements and an expression, whose values are passed to a function; nil if they do not compile.
+-- A call after `return` is a tail call, whose errors lose their line; the line break is for a text
+-- that ends in a comment.
+local function passing(statements, expression)
+  for _, ending in ipairs { ")", "\n)" } do
+    local form = ("%s(...)(%s%s"):format(statements, expression, ending)
+    if loadstring(form) then return form end
+  end
+end
+
+-- Statements that end in an expression, `walk:step(1); walk:center()[1]`, in a form that passes its
+-- values on, and the names that they declare; nil for any other text. Without `anywhere` only
+-- behind a `;`.
+local function ending_in_expression(text, anywhere)
+  local list = tokens.of(text)
+  for i = 2, #list do
+    if anywhere or list[i - 1].text == ";" then
+      local before, last = unmuted(text:sub(1, list[i].first - 1)), text:sub(list[i].first)
+      if passing(before .. "; ", last) then
+        local statements, names = tokens.keep_locals(before)
+        return passing(statements .. "; ", last), names
+      end
+    end
+  end
+end
+
 ---@class limax.repl.chunk
 ---@field call function takes a function that receives the values of an expression
 ---@field muted boolean its values are not shown
@@ -34,24 +60,25 @@ function chunk.compile(text, environment, name, first)
   -- cheap: a statement of many lines is tried after each of them
   local _, as_expression = loadstring("return " .. text, name)
   local _, as_statement = loadstring(text, name)
-  if as_expression and as_statement and (is_incomplete(as_expression, text)
-    or is_incomplete(as_statement, text)) then
-    return nil, as_statement, true
+  local expression, muted = unmuted(text)
+  local mixed, mixed_names
+  if as_expression and as_statement then
+    local incomplete = is_incomplete(as_expression, text) or is_incomplete(as_statement, text)
+    -- what an expression behind statements lacks, as in `x = 1; x`
+    local bare = as_statement:match "'=' expected near '?<eof>'?$"
+    if bare or not incomplete then
+      mixed, mixed_names = ending_in_expression(expression, bare)
+    end
+    if incomplete and not mixed then return nil, as_statement, true end
   end
   -- line breaks above the text give messages their line; after thousands of lines they cost more
   -- than the text, so only the chosen form gets them
   local function numbered(code) return loadstring(("\n"):rep((first or 1) - 1) .. code, name) end
-  local expression, muted = unmuted(text)
   local names, form = {}, "return " .. expression
-  if loadstring(form, name) then
-    -- a call after `return` is a tail call, whose errors lose their line; the line break is for a
-    -- text that ends in a comment
-    for _, call in ipairs { "(...)(" .. expression .. ")", "(...)(" .. expression .. "\n)" } do
-      if loadstring(call, name) then
-        form = call
-        break
-      end
-    end
+  if mixed then
+    form, names = mixed, mixed_names
+  elseif loadstring(form, name) then
+    form = passing("", expression) or form
   else
     form, names = tokens.keep_locals(text)
     if not loadstring(form, name) then return nil, select(2, numbered(form)), false end

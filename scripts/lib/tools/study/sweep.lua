@@ -8,6 +8,7 @@ local failure = require "limax.base.failure"
 local folders = require "limax.tools.report.runs"
 local grid = require "limax.tools.study.grid"
 local host = require "limax.host"
+local proposals = require "limax.supervise.proposals"
 local run_config = require "limax.run.config"
 local scripts = require "limax.run.scripts"
 local shell = require "limax.base.shell"
@@ -106,15 +107,39 @@ local function lock_plan(out)
   end
 end
 
+-- Refuses a list of values of a field that the supervisor changes in a run: the runs would keep the
+-- names of the values, not the values.
+local function check_supervisor(fields, experiment)
+  local config, supervisor = experiment.config, experiment.supervisor
+  local may_change = {}
+  for _, name in ipairs(supervisor.changes or {}) do may_change[name] = true end
+  for _, limit in ipairs(proposals.limits(config.population, nil, config.supervision)) do
+    local allowed = limit.allowed and (not supervisor.changes or may_change[limit.field])
+    local group = limit.material and "materials" or "breeding"
+    for _, field in ipairs(allowed and fields or {}) do
+      if #field.values > 1 and field.path:match "^[^.]*" == group
+        and field.path:match "[^.]*$" == limit.field then
+        failure.raise(2, ('--set %s: the supervisor "%s" changes it from generation to generation,'
+          .. " so the runs would not keep these values; add --set supervisor=fixed or --set"
+          .. " supervision.%s=false, or sweep supervision.ranges.%s, the range in which it stays")
+          :format(field.path, supervisor.name, limit.material and "materials" or "hyperparameters",
+          limit.field))
+      end
+    end
+  end
+end
+
 --- Plans a sweep, checks every configuration, and writes the plan into its folder. A folder with a
 --- sweep that this one contains is extended.
 ---@param options { out: string, set: string[], repetitions: integer|nil }
 function sweep.plan(experiment, options)
   local out = host.file.absolute(options.out)
   local repetitions = options.repetitions or experiment.config.repetitions
-  local points = grid.points(grid.fields(options.set), experiment.config.name)
+  local fields = grid.fields(options.set)
+  local points = grid.points(fields, experiment.config.name)
   for _, point in ipairs(points) do
-    experiment:override { ("repetitions=%d"):format(repetitions), unpack(point.changes) }
+    check_supervisor(fields, experiment:override { ("repetitions=%d"):format(repetitions),
+      unpack(point.changes) })
   end
   local self = { out = out, runs = {}, script = script_of(experiment) }
   -- repetition by repetition, so that a sweep that is stopped can be compared

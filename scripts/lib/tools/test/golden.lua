@@ -149,8 +149,9 @@ function golden.check(request, update)
   local differences = compare.near(old.values, values, request)
   if #differences == 0 then return nil end
   return ("golden %s: %s (%d of its values are out of tolerance; rtol %g, atol %g: %s; recorded by "
-    .. "%s on %s)"):format(request.name, compare.text(differences[1]), #differences,
-    request.rtol, request.atol, request.why, old.recorded.compiler, old.recorded.device)
+    .. "%s on %s)%s"):format(request.name, compare.text(differences[1]), #differences,
+    request.rtol, request.atol, request.why, old.recorded.compiler, old.recorded.device,
+    #differences > 1 and "\nrecorded -> now, the worst first" .. listed(differences) or "")
 end
 
 return golden
