@@ -75,7 +75,7 @@ suite:test("too little memory: no folder, and no advice to resume an empty one",
     "a population of 1000000 robots on a lattice of 2x2x2 voxels needs")
   t:equal(host.file.exists(folder .. "/r"), nil)
   evolution.script(folder .. "/later.lua", [[fitness = function()
-    require("limax.engine.fault").throw { kind = "memory", status = 1, text = "it is full" }
+    require("limax.engine.fault").throw { kind = "memory", text = "it is full" }
   end]])
   local done = run(folder, { "run", "later.lua", "-q", "--out", "r" })
   t:equal(done.status, 1)
