@@ -7,11 +7,9 @@ local materials = require "limax.engine.materials"
 local object = require "limax.engine.object"
 local population = require "limax.engine.population"
 local scene = require "limax.engine.scene"
-local schema = require "limax.engine.schema"
 local simulation = require "limax.engine.simulation"
 
 local C = abi.C
-local time_rule = schema.number {}
 
 ---@class limax.script_slope
 ---@field name string of the effect
@@ -26,21 +24,19 @@ local time_rule = schema.number {}
 ---@param table_of_materials limax.materials
 ---@param in_scene limax.scene
 ---@param options table fields of `simulation`, of which `edge` and `sharing` count
----@param positions limax.view [mass][3] m, in the world
----@param velocities limax.view [mass][3] m/s
----@param time number s
+---@param running limax.simulation in which robot i is
 ---@return limax.script_slope[]
-local function script_slopes(robots, i, table_of_materials, in_scene, options, positions,
-                             velocities, time)
+local function script_slopes(robots, i, table_of_materials, in_scene, options, running)
   local what = "script_slopes"
   local population_handle, robot = object.entry(what .. ": population", robots, population.class, i)
   local materials_handle = object.handle(what .. ": materials", table_of_materials, materials.class)
   local scene_handle = object.handle(what .. ": scene", in_scene, scene.class)
-  schema.demand(time_rule, time, what .. ": time")
+  object.handle(what .. ": simulation", running, simulation.class)
+  local positions, velocities = running:state(i)
   local slopes, count = ffi.new "limax_script_slope[8]", ffi.new "int32_t[1]"
   abi.check(C.limax_script_slopes(population_handle, robot, materials_handle, scene_handle,
-    (simulation.options_of(options)), positions:pointer(), velocities:pointer(), time, slopes,
-    count), what)
+    (simulation.options_of(options)), positions:pointer(), velocities:pointer(),
+    running:outcome(i).time, slopes, count), what)
   local list = {}
   for k = 1, count[0] do
     local slope = slopes[k - 1]

@@ -66,9 +66,7 @@ function bound_check.notes(population, mask, materials, scene, options)
   local simulation = engine.simulation(population, materials, scene, options,
     engine.device "cpu", only)
   for _ = 0, STEPS, BETWEEN do
-    local positions, velocities = simulation:state(i)
-    largest(found, engine.script_slopes(population, i, materials, scene, options, positions,
-      velocities, simulation:outcome(i).time))
+    largest(found, engine.script_slopes(population, i, materials, scene, options, simulation))
     if simulation:advance(1, BETWEEN).finished then break end
   end
   local steps = simulation:outcome(i).step

@@ -106,7 +106,8 @@ end
 local function noise(config)
   local sigma, longest = config.genome.sigma, math.max(unpack(config.lattice))
   local most = (longest - 1) / 2 -- voxel centres are from -1 to 1
-  if not sigma or longest == 1 or sigma <= math.max(1, most) then return nil end
+  -- in small lattices every voxel is near every other
+  if not sigma or longest < 4 or sigma <= most then return nil end
   return ("genome.sigma is %.4g: the network's inputs turn more than once from voxel to voxel, so"
     .. " bodies are noise; below %.2g neighbours resemble each other"):format(sigma, most / 2)
 end

@@ -136,7 +136,7 @@ suite:test("valid settings that are hardly meant", function(t)
       supervisor "return { mutation_rate = 20 }",
     ["a full body is 20 x 20 x 20 m"] =
       'simulation = { duration = 0.5, edge = 10, accuracy = "preview" }',
-    ["bodies are noise"] = "genome = { sigma = 100 }",
+    ["bodies are noise"] = "lattice = { 4, 2, 2 }, genome = { sigma = 100 }",
   } do
     gives(t, 0, text, fields)
   end

@@ -24,7 +24,7 @@ return {
   { title = "limax.engine", prefix = "limax.engine.", stage = SIMULATION, class = "limax.engine",
     text = "The objects over the C interface; the library is written on top of them.",
     files = engine_files("engine", "device", "materials", "encoding", "population", "scene",
-      "simulation", "modes", "random", "pareto", "view", "memory", "fault"),
+      "simulation", "modes", "script_slopes", "random", "pareto", "view", "memory", "fault"),
     examples = [[
 device  limax.engine.device("cpu", { threads = 1 })
 materials  limax.engine.materials "paper"
@@ -36,6 +36,7 @@ simulation  limax.engine.simulation(robots, materials, scene, { duration = 0.1 }
 begin_together  limax.engine.begin_together({ simulation }, 0.01)
 advance_together  limax.engine.advance_together({ simulation }, 0.01)
 modes  limax.engine.modes(robots, 1, materials, scene, {}, nil, 3)[1].frequency
+script_slopes  limax.engine.script_slopes(robots, 1, materials, scene, {}, simulation)
 random  limax.engine.random(1, 1, "user"):uniform()
 pareto  limax.engine.pareto { { 3, 1 }, { 2, 2 }, { 1, 1 } }
 is_view=view.is_view  limax.engine.is_view(robots:voxels(1))
@@ -52,6 +53,7 @@ place=fault.place  limax.engine.place()
 place  simulation:place(1, simulation:state(1))
 advance  simulation:advance(0.01, 5)
 run  simulation:run()
+overlap  simulation:overlap()
 outcome  simulation:outcome(1).status
 trace  simulation:trace(1, "center_of_mass")
 sites  simulation:sites(1)
