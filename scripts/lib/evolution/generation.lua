@@ -165,6 +165,25 @@ local function check_drive(robots, mask)
   end
 end
 
+-- Warns once, if a robot diverged, about forces whose stated bounds the time step relies on.
+local function check_forces(robots, mask)
+  for i, row in ipairs(robots.rows) do
+    if mask[i] and row.status == "diverged" then
+      for k, trial in ipairs(robots.trials) do
+        for name, effect in pairs(trial.scene) do
+          if effect.force and effect.bound then
+            local place = ("%sscene.%s.bound"):format(prefix_of(robots, k), name)
+            robots.world.say(("%s: robot %s of generation %d diverged; the automatic time step"
+              .. " relies on this bound of the force: is it large enough?"):format(place, row.id,
+              robots.generation), place)
+          end
+        end
+      end
+      return
+    end
+  end
+end
+
 -- Finds the robots to simulate here: those without a status (elites keep theirs), without those of
 -- other ranks. Returns also the number of robots without a status on all ranks.
 local function unsimulated(robots)
@@ -219,6 +238,7 @@ local function settle(robots)
   for _, simulation in ipairs(going.steps.all) do table.insert(robots.simulations, simulation) end
   robots.evaluations = robots.evaluations + going.count
   check_drive(robots, going.mask)
+  check_forces(robots, going.mask)
 end
 
 --- Simulates a generation for a slice of wall time.
@@ -307,16 +327,23 @@ end
 
 -- Explains in one line why no robot of a generation has a score.
 local function failure_text(robots)
-  local counts, reasons = {}, {}
+  local counts, reasons, diverged = {}, {}, false
   for _, row in ipairs(robots.rows) do
+    diverged = diverged or row.status == "diverged"
     local reason = ("%s: %s"):format(row.status, row.reason or "no reason")
     if not counts[reason] then reasons[#reasons + 1] = reason end
     counts[reason] = (counts[reason] or 0) + 1
   end
   table.sort(reasons)
   for k, reason in ipairs(reasons) do reasons[k] = ("%d %s"):format(counts[reason], reason) end
-  local advice = counts["invalid: no muscle"] == #robots
-    and "; genome.require_muscle = false lets bodies without a muscle run" or ""
+  local world, advice = robots.world, ""
+  local step = world.config.simulation.time_step
+  if diverged and type(step) == "number" and step > world.first_step then
+    advice = ("; simulation.time_step is %.6g s, the limit for stiff bodies is %.6g s"):format(step,
+      world.first_step)
+  elseif counts["invalid: no muscle"] == #robots then
+    advice = "; genome.require_muscle = false lets bodies without a muscle run"
+  end
   return ("generation %d: none of the %d robots can be scored (%s)%s"):format(robots.generation,
     #robots, table.concat(reasons, ", "), advice)
 end

@@ -160,3 +160,26 @@ suite:test("an encoding that writes no weights makes muscles that move", functio
       end
     end } }]])
 end)
+
+suite:test("names and forms that are nearly right", function(t)
+  gives(t, 2, "fitness = function(robot) return -limax.fitness.walk(robot) end",
+    'fitness = { "-walk" }')
+  gives(t, 2, "genome.sigma=null", 'genome = { encoding = "direct", sigma = 0.3 }')
+  gives(t, 1, 'an effect of your own has a text: { force = "..." }',
+    'scene = limax.scenes.land { magnet = { forces = "f = x;" } }')
+  gives(t, 1, "a comma may be missing before it", 'fitness = "walk" seed = 1')
+  gives(t, 1, "an `end` is missing before it", "", "if 1 then return 1 return 2")
+  gives(t, 2, "it belongs in scene = { actuation = { frequency = ... } }", "",
+    'limax.robot { voxels = "e" }:simulate { frequency = 5 }')
+  local folder = t:folder()
+  assert(host.file.write_atomic(folder .. "/try.lua", SCRIPT:format("", 'fitness = "walk"',
+    "return experiment")))
+  process.fails(t, folder, 2, { "run", "try.lua", "--device", "gpu" }, 'did you mean "cuda"?')
+  process.fails(t, folder, 1, { "modes", "try.lua" }, "try.lua is not a robot file, which is JSON")
+end)
+
+suite:test("a robot that diverges under a force names the bound", function(t)
+  gives(t, 1, "scene.far.bound: robot", [[scene = { gravity = true, far = { force =
+    "f = t > 0.3 ? -1e6 * (x - vec(0, 0, -1)) : vec(0, 0, 0);", bound = { stiffness = 1 } },
+    actuation = true }, genome = { require_muscle = false }]])
+end)
