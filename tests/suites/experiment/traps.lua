@@ -169,7 +169,7 @@ suite:test("names and forms that are nearly right", function(t)
     'scene = limax.scenes.land { magnet = { forces = "f = x;" } }')
   gives(t, 1, "a comma may be missing before it", 'fitness = "walk" seed = 1')
   gives(t, 1, "an `end` is missing before it", "", "if 1 then return 1 return 2")
-  gives(t, 2, "it belongs in scene = { actuation = { frequency = ... } }", "",
+  gives(t, 1, "it belongs in scene = { actuation = { frequency = ... } }", "",
     'limax.robot { voxels = "e" }:simulate { frequency = 5 }')
   local folder = t:folder()
   assert(host.file.write_atomic(folder .. "/try.lua", SCRIPT:format("", 'fitness = "walk"',
