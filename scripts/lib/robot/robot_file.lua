@@ -203,11 +203,11 @@ end
 function robot_file.read(path)
   local text, refusal = source.read(path)
   if not text then engine.fail(("robot file %s"):format(refusal)) end
-  if not text:find "^%s*{" then
+  local decoded, message = host.json.decode(text, path)
+  if decoded == nil and not text:find "^%s*{" then
     engine.fail(("%s is not a robot file, which is JSON: robot:save(FILE) and limax convert write"
       .. " one"):format(path))
   end
-  local decoded, message = host.json.decode(text, path)
   if decoded == nil then engine.fail(message) end
   local description, wrong, materials = robot_file.check(decoded)
   if not description then engine.fail(("%s: %s"):format(path, wrong)) end

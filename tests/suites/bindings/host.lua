@@ -52,8 +52,8 @@ suite:test("a syntax error shows file, line, cause and the text of the line, sta
   process.write(folder .. "/main.lua", 'require "helper"\n')
   status, output = process.run(folder, { "main.lua" })
   t:equal(status, 1)
-  t:equal(output, "limax: ./helper.lua:3: '}' expected (to close '{' at line 1) near 'b'\n"
-    .. "  3 |   b = 2,\n")
+  t:equal(output, "limax: ./helper.lua:3: '}' expected (to close '{' at line 1) near 'b'; a comma"
+    .. " may be missing before it\n  3 |   b = 2,\n")
 end)
 
 suite:test("an error is followed by a traceback of the script's own lines, status 1", function(t)

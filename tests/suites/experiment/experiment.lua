@@ -167,24 +167,25 @@ suite:test("an override that cannot be applied is refused, with a suggestion", f
 end)
 
 local function gravity(z)
-  return { gravity = { acceleration = { 0, 0, z } }, ground = true, actuation = true }
+  return { gravity = { acceleration = { 0, 0, z } }, ground = true, friction = true,
+    actuation = true }
 end
 
 -- fields -> their note
 local NOTES = {
-  { { scene = { ground = true, actuation = true, friction = { static = 0.6, kinetic = 1 } } },
+  { { scene = { gravity = true, ground = true, actuation = true,
+    friction = { static = 0.6, kinetic = 1 } } },
     "static 0.6 is below kinetic 1" },
   { { scene = gravity(9.81) }, "points up, away from scene.ground" },
   { { scene = gravity(-9.81) }, "^none" },
   { { scene = { gravity = { acceleration = { 0, 0, 1 } }, actuation = true } }, "^none" },
-  { { simulation = { position = { 0, 0, -0.1 } } }, "0.1 m below scene.ground" },
   { { breeding = { mutation_rate = 0, crossover_rate = 0 } }, "copies of their" },
   { { population = 8, selection = { "tournament", size = 9 } },
     "a tournament of 9 in a population of 8" },
   -- 0.1 kg on 1000 N/m: 0.98 mm
   { { simulation = { edge = 0.0039 } }, "soft tissue %(0.1 kg%).* bodies collapse" },
   { { simulation = { edge = 0.004 } }, "^none" },
-  { { scene = { actuation = { frequency = 0.002 } } },
+  { { scene = { drag = true, actuation = { frequency = 0.002 } } },
     "0.002 Hz, a period of 500 s, .* no muscle completes a cycle" },
   -- 1.25 s from 7.7 m, 1.2 s in all
   { { simulation = { position = { 0, 0, 7.7 }, settle = 0.2, duration = 1 } },

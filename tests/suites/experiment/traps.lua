@@ -119,6 +119,8 @@ suite:test("valid settings that are hardly meant", function(t)
     ["nothing that a body can push itself off from"] = "scene = { actuation = { frequency = 5 } }",
     ["scene names ground and no gravity"] = "scene = { actuation = true, ground = true }",
     ["scene names no friction"] = "scene = { actuation = true, ground = true, gravity = true }",
+    ["begins 0.1 m inside scene.ground"] = "simulation = { duration = 0.5, position = { 0, 0,"
+      .. ' -0.1 }, accuracy = "preview" }',
     ["inside scene.boxes[2]"] = "scene = limax.scenes.land { boxes = { { from = { 5, 0, 0 }, to ="
       .. " { 6, 1, 1 } }, { from = { -1, -1, -1 }, to = { 0.13, 1, 0.3 } } } }",
     ["inside scene.planes[1]"] = "scene = limax.scenes.land { planes = { { normal = { 1, 0, 0 },"

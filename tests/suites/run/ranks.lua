@@ -110,9 +110,9 @@ end)
 
 -- More fields of the experiment, and a text that its run on three ranks prints.
 local FAULTS = {
-  { "a survival that reads a clock",
+  { "a survival that depends on an address",
     [[fitness = "walk", survival = function(robots)
-      return { robots.ranked[1 + math.floor(os.clock() * 1e6) % 8] }
+      return { robots.ranked[1 + math.floor(tonumber(tostring {}:match "0x(%x+)", 16) / 16) % 8] }
     end]], "generation %d+: the parents of ranks 0 and %d differ.*continue with: mpirun %-n 3 " },
   { "a fitness with an error on the last rank",
     "fitness = function(robot) return robot.id == 12 and robot.id.x or robot:distance() end",
