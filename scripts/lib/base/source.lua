@@ -140,20 +140,48 @@ function source.beside(path, folder)
     table.concat(places, ", nor beside the experiment in "))
 end
 
---- File, lines and SHA-256 of a function's text.
+-- The numbers, texts and switches that a function reads from outside, and the functions there.
+local function held_by(call, seen)
+  local parts, k = {}, 1
+  while true do
+    local name, value = debug.getupvalue(call, k)
+    if not name then break end
+    local kind = type(value)
+    if kind == "function" and not seen[value] then
+      local info = debug.getinfo(value, "S")
+      seen[value] = true
+      if info.what ~= "C" and not failure.is_ours(info.source) then
+        parts[#parts + 1] = ("%s=%s%s"):format(name, source.text_of(info), held_by(value, seen))
+      end
+    elseif kind == "number" or kind == "string" or kind == "boolean" then
+      parts[#parts + 1] = ("%s=%s"):format(name, kind == "number" and ("%.17g"):format(value)
+        or tostring(value))
+    end
+    k = k + 1
+  end
+  return #parts > 0 and "\n" .. table.concat(parts, "\n") or ""
+end
+
+--- The lines of a function.
+---@param info table of debug.getinfo(call, "S")
+function source.text_of(info)
+  local text = info.source
+  if text:sub(1, 1) == "@" then text = source.read(host.file.absolute(text:sub(2))) or "" end
+  return source.lines_of(text, info.linedefined, info.lastlinedefined)
+end
+
+--- File and lines of a function, and the SHA-256 of its text with the numbers, texts, switches and
+--- functions that it reads from outside.
 ---@param base string|nil folder that file names are relative to
 ---@return { file: string, first_line: integer, last_line: integer, sha256: string }
 function source.of_function(call, base)
   local info = debug.getinfo(call, "S")
   local record = { file = "(no file)", first_line = info.linedefined,
     last_line = info.lastlinedefined }
-  local text = info.source
   if info.source:sub(1, 1) == "@" then
-    local path = host.file.absolute(info.source:sub(2))
-    record.file = shown(path, base)
-    text = source.read(path) or ""
+    record.file = shown(host.file.absolute(info.source:sub(2)), base)
   end
-  record.sha256 = host.sha256(source.lines_of(text, info.linedefined, info.lastlinedefined))
+  record.sha256 = host.sha256(source.text_of(info) .. held_by(call, { [call] = true }))
   return record
 end
 

@@ -122,6 +122,7 @@ function evolve.start(experiment, options)
     failure.raise(2,
       "limax.start: expected an experiment: limax.start(limax.experiment { ... })", 2)
   end
+  experiments.check_unchanged(experiment)
   experiments.idle = false
   local checked, message = runs.check(options)
   if not checked then failure.raise(2, message, 2) end

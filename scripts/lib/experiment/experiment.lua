@@ -21,6 +21,7 @@ local trials = require "limax.experiment.trials"
 
 ---@class limax.experiment
 ---@field config table the resolved configuration, plain values only (schema limax.config/1)
+---@field config_text string its JSON
 ---@field fitness { name: string, call: function, record: table } as resolved
 ---@field selection fun(population: table, random: table): integer, integer as resolved
 ---@field survival limax.survival.scheme as resolved
@@ -260,8 +261,12 @@ local function find_parts(self)
   return message or island_rules.problem(self.config, parts)
 end
 
+-- Fewer samples in a period of the muscles give measures of a trace that depend on the rate.
+local SAMPLES_OF_PERIOD = 8
+
 -- Records what fitness, archive and survival of the library read, unless the script sets a rate.
-local function record_for_measures(record, parts)
+local function record_for_measures(self)
+  local record, parts, actuation = self.config.record, self.parts, self.config.scene.actuation
   local measured, readers_of = parts.measured or {}, { parts.fitness }
   for _, list in ipairs { measured.descriptors or {}, measured.objectives or {} } do
     for _, measure in ipairs(list) do readers_of[#readers_of + 1] = measure end
@@ -269,6 +274,12 @@ local function record_for_measures(record, parts)
   for _, reader in ipairs(readers_of) do
     for kind, rate in pairs(reader.record) do
       if record[kind] == 0 then record[kind] = rate end
+      local least = actuation and math.min(rate, SAMPLES_OF_PERIOD * actuation.frequency) or 0
+      if record[kind] < least then
+        add_notes(self, { ("record.%s is %g Hz, fewer than %d samples in a period of the muscles,"
+          .. " from which the fitness or a descriptor is computed; without it %g Hz are recorded")
+          :format(kind, record[kind], SAMPLES_OF_PERIOD, rate) })
+      end
     end
   end
 end
@@ -282,7 +293,7 @@ local function complete_record(self)
   end
   local sets_no_rate = spec.record == nil or kept and next(spec.record, next(spec.record)) == nil
   for kind, rate in pairs(sets_no_rate and defaults.record or {}) do record[kind] = rate end
-  record_for_measures(record, self.parts)
+  record_for_measures(self)
   add_notes(self, settings.finish(config.simulation, record))
 end
 
@@ -319,6 +330,14 @@ local function check_together(self)
   local config, parts = self.config, self.parts
   add_notes(self, plausible.notes_of_whole(config))
   add_notes(self, { island_rules.note(config) })
+  for field, range in pairs(config.supervision.ranges or {}) do
+    local value = config.breeding[field]
+    if value and (value < range[1] or value > range[2]) then
+      add_notes(self, { ("breeding.%s is %.6g, and supervision.ranges.%s is { %.6g, %.6g }: no"
+        .. " supervisor can propose the value with which the run begins"):format(field, value,
+        field, range[1], range[2]) })
+    end
+  end
   if config.islands and parts.survival.name == "map_elites" then
     parts.archive.islands = config.islands.count
   end
@@ -336,7 +355,8 @@ local function resolve(spec, origin)
     if message then return nil, message end
   end
   local parts = self.parts
-  return setmetatable({ [FIELDS] = { config = self.config, spec = spec, origin = origin,
+  return setmetatable({ [FIELDS] = { config = self.config,
+    config_text = host.json.encode(self.config), spec = spec, origin = origin,
     notes = self.notes, fitness = parts.fitness, selection = parts.selection,
     supervisor = parts.supervisor, survival = parts.survival, archive = parts.archive,
     measured = parts.measured, state = parts.state, encoding = self.encoding,
@@ -372,6 +392,15 @@ function experiment.new(spec)
   experiment.idle = true
   if not result then refuse(message, file, line) end
   return result
+end
+
+--- Refuses an experiment whose resolved configuration a script changed: what was resolved from it
+--- did not change.
+---@param self limax.experiment
+function experiment.check_unchanged(self)
+  if host.json.encode(self.config) == self.config_text then return end
+  failure.raise(2, "experiment.config was changed after limax.experiment resolved it: set the"
+    .. " fields in limax.experiment { ... }, or use experiment:override { \"path=value\" }")
 end
 
 --- Is this value an experiment?

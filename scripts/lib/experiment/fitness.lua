@@ -166,13 +166,16 @@ end
 -- An experiment names a function, `fitness = "walk"`; `fitness = limax.fitness.walk()` calls it.
 for name in pairs(fitness.entries) do
   local law = fitness[name]
-  rawset(fitness, name, function(robot, ...)
+  local what = "limax.fitness." .. name
+  local check = schema.fields(fitness.entries[name].options or {})
+  rawset(fitness, name, function(robot, options, ...)
     if not scored_robot.is(robot) then
       engine.fail(("limax.fitness.%s: expected a robot that was simulated, got %s; an experiment"
         .. " names the function: fitness = %q, or { %q, option = value }"):format(name,
         schema.show(robot), name, name))
     end
-    return law(robot, ...)
+    if options ~= nil then schema.demand(check, options, what) end
+    return law(robot, options, ...)
   end)
 end
 

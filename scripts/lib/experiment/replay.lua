@@ -5,10 +5,12 @@ local engine = require "limax.engine"
 local fitness = require "limax.fitness"
 local robot = require "limax.robot.robot"
 local robot_of_genome = require "limax.experiment.robot_of_genome"
+local schema = require "limax.engine.schema"
 local scoring = require "limax.robot.scoring"
 local source = require "limax.base.source"
 
 local Robot = robot.methods
+local OPTIONS = { fitness = true, state = true, device = true }
 robot.describe_genome = robot_of_genome.describe
 
 -- Converts a stored fitness for fitness.get: { name = "walk", axis = "x" } to
@@ -34,6 +36,9 @@ end
 ---@return number|nil score the one in the file
 function Robot:replay(options)
   options = options or {}
+  schema.known(options, OPTIONS, "replay", function()
+    return "; replay repeats what was: simulate { ... } changes it"
+  end)
   local description = self.description
   if not description.scene or not description.simulation then
     engine.fail "replay: this robot has no scene of its own; use simulate { scene = ... }"

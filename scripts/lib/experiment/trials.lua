@@ -104,7 +104,7 @@ local function complete(entry, config, path, notes)
   local own = settings.finish(simulation, record)
   entry.duration = entry.duration and simulation.duration
   local scene = entry.scene or config.scene
-  local view = { scene = scene, simulation = simulation,
+  local view = { scene = scene, simulation = simulation, lattice = config.lattice,
     materials = entry.materials or config.materials }
   for _, note in ipairs(plausible.notes(view)) do own[#own + 1] = note end
   for _, note in ipairs(own) do

@@ -83,7 +83,7 @@ end
 --- The modes of a robot.
 function modes.of(robot, count, options)
   local own = source.copy(schema.demand(schema.table, options or {}, "modes: options"))
-  local standing = own.standing == true
+  local standing = schema.demand(schema.boolean(false), own.standing, "modes: standing")
   own.standing = nil
   local parts = prepared.parts(robot, own)
   local simulation = standing and settled(robot, own, parts) or still(robot, own, own.scene)

@@ -114,6 +114,7 @@ function prepared.parts(robot, options)
     population = robot_file.build(description, materials)
   end
   local scene = engine.scene(options.scene or description.scene or defaults.scene)
+  if options.scene then warn(plausible.replaced(options.scene, scene:table())) end
   local ok, resolved, notes =
     failure.attempt(settings.simulation_options, merged_settings(description, options))
   if not ok then engine.fail("simulate: " .. failure.bare(resolved)) end

@@ -15,6 +15,39 @@ local function upwards(scene)
     .. " bodies fly off"):format(up)
 end
 
+-- Gravity that pulls along the ground rather than onto it.
+local function sideways(scene)
+  local gravity = scene.ground and scene.gravity
+  if not gravity then return nil end
+  local x, y, z = unpack(gravity.acceleration)
+  if x * x + y * y <= z * z then return nil end
+  return ("scene.gravity: { %.6g, %.6g, %.6g } pulls along scene.ground more than onto it: bodies"
+    .. " fall sideways; down is -z"):format(x, y, z)
+end
+
+-- Anchors beyond every body, or under bodies that should walk.
+local function odd_anchors(config)
+  local anchors, lattice = config.scene.anchors, config.lattice
+  if not anchors or not lattice then return nil end
+  for axis = 1, 3 do
+    local most = lattice[axis] * config.simulation.edge
+    if anchors.from[axis] > most or anchors.to[axis] < 0 then
+      return ("scene.anchors hold nothing: a body reaches from 0 to at most %.4g m along %s")
+        :format(most, ("xyz"):sub(axis, axis))
+    end
+  end
+end
+
+-- Muscles that do not reach their amplitude in the run.
+local function slow_ramp(config)
+  local actuation, duration = config.scene.actuation, config.simulation.duration
+  if not actuation then return nil end
+  local periods = actuation.frequency * duration
+  if periods < 1 or actuation.ramp <= periods then return nil end
+  return ("scene.actuation.ramp is %.4g periods, and the run has %.4g: muscles never reach their"
+    .. " amplitude"):format(actuation.ramp, periods)
+end
+
 -- Bodies that collapse under their own weight.
 local function collapse(config)
   local gravity = config.scene.gravity
@@ -159,12 +192,33 @@ function plausible.overlap(found)
     found.subject, found.depth, found.obstacle, others)
 end
 
+--- A note about a scene of a simulation that was probably meant to change another one; nil if not.
+---@param named table as a script wrote it
+---@param scene table its effects
+---@return string|nil
+function plausible.replaced(named, scene)
+  local ground = has_any(scene, CONTACTS)
+  if ground and not scene.gravity then
+    return ("scene replaces that of the robot: it has %s and no gravity, so nothing presses bodies"
+      .. " onto it; limax.scenes.land { ... } has both"):format(ground)
+  end
+  if type(named) ~= "table" or next(named) == nil then return nil end
+  for _, effect in pairs(named) do
+    if effect then return nil end
+  end
+  return "scene replaces that of the robot: every effect in it is false, so nothing acts;"
+    .. " limax.scenes.land { friction = false } is land without friction"
+end
+
 --- Notes with field, value and consequence.
 ---@param config table a resolved configuration
 function plausible.notes(config)
   local list = {}
   list[#list + 1] = sticking(config)
   list[#list + 1] = upwards(config.scene)
+  list[#list + 1] = sideways(config.scene)
+  list[#list + 1] = odd_anchors(config)
+  list[#list + 1] = slow_ramp(config)
   list[#list + 1] = collapse(config)
   list[#list + 1] = falling(config)
   list[#list + 1] = slow_muscles(config)

@@ -86,7 +86,8 @@ function scenes.slope(options)
   local slope, effects = split("scenes.slope", options, {
     angle = schema.number { above = -math.pi / 2, below = math.pi / 2,
       unit = "rad; math.rad(20) is 20 degrees" },
-    direction = schema.number { value = 0, unit = "rad" },
+    direction = schema.number { value = 0, minimum = -2 * math.pi, maximum = 2 * math.pi,
+      unit = "rad" },
     gravity = schema.number { value = standard_gravity, unit = "m/s^2" } })
   local along = slope.gravity * math.sin(slope.angle)
   local scene = merged(scenes.land(), effects)

@@ -5,6 +5,7 @@
 local reader = require "limax.run.reader"
 local host = require "limax.host"
 local process = require "support.process"
+local source = require "limax.base.source"
 
 local suite = require("limax.test").suite "traps"
 
@@ -138,6 +139,17 @@ suite:test("valid settings that are hardly meant", function(t)
       supervisor "return { mutation_rate = 20 }",
     ["a full body is 20 x 20 x 20 m"] =
       'simulation = { duration = 0.5, edge = 10, accuracy = "preview" }',
+    ["fewer than 8 samples in a period of the muscles"] =
+      'fitness = "efficiency", record = { energy = 2 }',
+    ["bodies fall sideways; down is -z"] =
+      "scene = limax.scenes.land { gravity = { acceleration = { 0, -9.81, 0 } } }",
+    ["scene.anchors hold nothing"] = "scene = limax.scenes.land { anchors = { from = { 5, 0, 0 },"
+      .. " to = { 6, 1, 1 } } }",
+    ["muscles never reach their amplitude"] =
+      "scene = limax.scenes.land { actuation = { frequency = 3, ramp = 100 } }",
+    ["breeding.mutation_rate is 0.1, and supervision.ranges.mutation_rate is { 0.2, 0.3 }"] =
+      "breeding = { mutation_rate = 0.1 }, supervision = { ranges = { mutation_rate ="
+      .. " { 0.2, 0.3 } } }",
     ["bodies are noise"] = "lattice = { 4, 2, 2 }, genome = { sigma = 100 }",
   } do
     gives(t, 0, text, fields)
@@ -152,6 +164,15 @@ suite:test("a fitness that depends on more than the robot", function(t)
     fitness "robot.body.mass = 1 return 1")
 end)
 
+suite:test("a function counts with the numbers and functions that it reads", function(t)
+  local function scaled(by) return function(robot) return by * robot:distance() end end
+  local function called(call) return function(robot) return call(robot) end end
+  local function hash(call) return source.of_function(call).sha256 end
+  t:equal(hash(scaled(1)), hash(scaled(1)))
+  t:ok(hash(scaled(1)) ~= hash(scaled(10)))
+  t:ok(hash(called(scaled(1))) ~= hash(called(scaled(10))))
+end)
+
 suite:test("an encoding that writes no weights makes muscles that move", function(t)
   gives(t, 0, "", [[fitness = function(robot)
       assert(robot:energy().muscle_work > 0)
@@ -164,6 +185,17 @@ suite:test("an encoding that writes no weights makes muscles that move", functio
 end)
 
 suite:test("names and forms that are nearly right", function(t)
+  gives(t, 1, "axs: unknown field", fitness "return limax.fitness.distance(robot, { axs = 'x' })")
+  gives(t, 1, "modes: standing: expected true or false", "",
+    'limax.robot { voxels = "ecs" }:modes(2, { standing = "false" })')
+  gives(t, 1, "duraton: unknown field; replay repeats what was", "",
+    'limax.robot { voxels = "ecs" }:replay { duraton = 2 }')
+  gives(t, 2, "experiment.config was changed after limax.experiment resolved it", "", "",
+    "experiment.config.simulation.duration = 2 return experiment")
+  gives(t, 0, "every effect in it is false, so nothing acts", "",
+    'limax.robot { voxels = "ecs" }:simulate { duration = 0.1, scene = { friction = false } }')
+  gives(t, 1, "scenes.slope.direction: expected a number", "",
+    "limax.scenes.slope { angle = 0.2, direction = 90 }")
   gives(t, 2, "fitness = function(robot) return -limax.fitness.walk(robot) end",
     'fitness = { "-walk" }')
   gives(t, 2, "genome.sigma=null", 'genome = { encoding = "direct", sigma = 0.3 }')
