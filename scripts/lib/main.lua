@@ -58,7 +58,7 @@ end
 local function run_script(argv)
   local value = require("limax.base.script").run(unpack(argv))
   local experiments = package.loaded["limax.experiment.experiment"]
-  if value == nil and experiments and experiments.idle then
+  if experiments and experiments.idle and not experiments.is(value) then
     output.warn(("limax: %s made an experiment and did nothing with it: it should end in"
       .. " `return limax.experiment { ... }`\n"):format(argv[1]))
   end

@@ -3,6 +3,7 @@
 
 local fields = require "limax.engine.fields"
 local names = require "limax.engine.names"
+local strict = require "limax.engine.strict"
 
 local defaults = {}
 
@@ -122,4 +123,5 @@ defaults.tiers = {
 }
 defaults.accuracy = "evolve"
 
-return defaults
+return setmetatable(defaults, { __newindex = strict.read_only("limax.defaults",
+  "an experiment sets the fields that differ") })

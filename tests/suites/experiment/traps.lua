@@ -192,6 +192,8 @@ suite:test("names and forms that are nearly right", function(t)
     'limax.robot { voxels = "ecs" }:replay { duraton = 2 }')
   gives(t, 2, "experiment.config was changed after limax.experiment resolved it", "", "",
     "experiment.config.simulation.duration = 2 return experiment")
+  gives(t, 1, 'limax.defaults is read-only (assignment to "population")',
+    "", "limax.defaults.population = 500")
   gives(t, 0, "every effect in it is false, so nothing acts", "",
     'limax.robot { voxels = "ecs" }:simulate { duration = 0.1, scene = { friction = false } }')
   gives(t, 1, "scenes.slope.direction: expected a number", "",
