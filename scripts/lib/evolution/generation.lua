@@ -361,13 +361,17 @@ local function check_trials_read(robots, law, wanted)
   end
 end
 
--- A warning about a first generation whose bodies differ and whose scores do not; nil for others.
+-- A warning about a first generation of equal scores; nil for others.
 local function constant_text(robots)
   local all = robots.rows
   local first, differ = robots.ranked[1], false
   for _, i in ipairs(robots.ranked) do
     if all[i].fitness ~= all[first].fitness then return nil end
     differ = differ or all.data[i - 1].body.hash ~= all.data[first - 1].body.hash
+  end
+  if not differ and #robots.ranked > 2 then
+    return ("all %d scored robots of generation 0 have the same body and fitness: does the encoding"
+      .. " read the genes?"):format(#robots.ranked)
   end
   return differ and ("all %d scored robots of generation 0 have the fitness %.6g: selection cannot"
     .. " tell them apart; does the fitness read the robot?"):format(#robots.ranked,

@@ -21,7 +21,6 @@ local trials = require "limax.experiment.trials"
 
 ---@class limax.experiment
 ---@field config table the resolved configuration, plain values only (schema limax.config/1)
----@field config_text string its JSON
 ---@field fitness { name: string, call: function, record: table } as resolved
 ---@field selection fun(population: table, random: table): integer, integer as resolved
 ---@field survival limax.survival.scheme as resolved

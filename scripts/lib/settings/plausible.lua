@@ -25,7 +25,7 @@ local function sideways(scene)
     .. " fall sideways; down is -z"):format(x, y, z)
 end
 
--- Anchors beyond every body, or under bodies that should walk.
+-- Anchors beyond every body, or of bodies on the ground.
 local function odd_anchors(config)
   local anchors, lattice = config.scene.anchors, config.lattice
   if not anchors or not lattice then return nil end
@@ -36,6 +36,8 @@ local function odd_anchors(config)
         :format(most, ("xyz"):sub(axis, axis))
     end
   end
+  return config.scene.ground and "scene.anchors hold bodies where they start: on scene.ground they"
+    .. " cannot walk" or nil
 end
 
 -- Muscles that do not reach their amplitude in the run.

@@ -145,6 +145,11 @@ suite:test("valid settings that are hardly meant", function(t)
       "scene = limax.scenes.land { gravity = { acceleration = { 0, -9.81, 0 } } }",
     ["scene.anchors hold nothing"] = "scene = limax.scenes.land { anchors = { from = { 5, 0, 0 },"
       .. " to = { 6, 1, 1 } } }",
+    ["scene.anchors hold bodies where they start"] = "scene = limax.scenes.land { anchors = true }",
+    ["have the same body and fitness: does the encoding read the genes?"] = [[genome = { encoding =
+      { genes = 2, express = function(robots)
+        for _, i in ipairs(robots) do robots:voxels(i)[1] = robots.materials:index "e" end
+      end } }]],
     ["muscles never reach their amplitude"] =
       "scene = limax.scenes.land { actuation = { frequency = 3, ramp = 100 } }",
     ["breeding.mutation_rate is 0.1, and supervision.ranges.mutation_rate is { 0.2, 0.3 }"] =
