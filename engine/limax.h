@@ -438,7 +438,8 @@ typedef struct limax_outcome {
     int64_t steps;          /* steps in all */
     double time;            /* s since t = 0, negative while settling */
     double time_step;       /* s */
-    double time_step_bound; /* s: the closed-form bound of this body, integrator and scene */
+    double time_step_bound; /* s: the closed-form bound of this body, integrator and scene; NaN if
+                               nothing moves */
     int32_t masses;
     int32_t springs;
     /* 1 if a mass moved more than a tenth of an edge in one step: the time step is coarse for this

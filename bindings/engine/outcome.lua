@@ -12,7 +12,7 @@ local outcome = {}
 ---@field steps integer steps in all
 ---@field time number s since t = 0, negative while settling
 ---@field time_step number s
----@field time_step_bound number s
+---@field time_step_bound number|nil s; nil if nothing moves
 ---@field masses integer
 ---@field springs integer
 ---@field coarse boolean a mass was seen to move farther than a tenth of an edge in one step

@@ -5,6 +5,7 @@
 #include "backend/cpu/robot.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "backend/cpu/kick_drift.h"
 #include "backend/cpu/robot_samples.h"
@@ -25,6 +26,7 @@ schedule planned(const simulation_setup& setup, const spring_body& body, limax_o
                         limax_bound(setup.options.bound));
     const schedule plan =
         make_schedule(setup.options, setup.scene, setup.grid, outcome.time_step_bound);
+    if (std::isinf(outcome.time_step_bound)) outcome.time_step_bound = NAN;
     outcome.status = LIMAX_ROBOT_RUNNING;
     outcome.steps = plan.steps;
     outcome.time_step = plan.time_step;

@@ -262,25 +262,33 @@ end
 
 -- Fewer samples in a period of the muscles give measures of a trace that depend on the rate.
 local SAMPLES_OF_PERIOD = 8
+local SUMMARISED = { "center_of_mass", "contact", "energy", "strain" }
+
+-- Warns of a rate that the script sets too low for the measures of a trace.
+local function check_rate(self, kind, rate, enough)
+  local actuation = self.config.scene.actuation
+  local least = actuation and math.min(enough, SAMPLES_OF_PERIOD * actuation.frequency) or 0
+  if rate == 0 or rate >= least then return end
+  add_notes(self, { ("record.%s is %g Hz, fewer than %d samples in a period of the muscles:"
+    .. " measures of this trace depend on it; record at least %g Hz"):format(kind, rate, SAMPLES_OF_PERIOD,
+    least) })
+end
 
 -- Records what fitness, archive and survival of the library read, unless the script sets a rate.
 local function record_for_measures(self)
-  local record, parts, actuation = self.config.record, self.parts, self.config.scene.actuation
+  local record, parts = self.config.record, self.parts
   local measured, readers_of = parts.measured or {}, { parts.fitness }
   for _, list in ipairs { measured.descriptors or {}, measured.objectives or {} } do
     for _, measure in ipairs(list) do readers_of[#readers_of + 1] = measure end
   end
   for _, reader in ipairs(readers_of) do
     for kind, rate in pairs(reader.record) do
+      check_rate(self, kind, record[kind], rate)
       if record[kind] == 0 then record[kind] = rate end
-      local least = actuation and math.min(rate, SAMPLES_OF_PERIOD * actuation.frequency) or 0
-      if record[kind] < least then
-        add_notes(self, { ("record.%s is %g Hz, fewer than %d samples in a period of the muscles,"
-          .. " from which the fitness or a descriptor is computed; without it %g Hz are recorded")
-          :format(kind, record[kind], SAMPLES_OF_PERIOD, rate) })
-      end
     end
   end
+  if parts.fitness.name ~= "function" or not self.spec.record then return end
+  for _, kind in ipairs(SUMMARISED) do check_rate(self, kind, record[kind], math.huge) end
 end
 
 local function complete_record(self)

@@ -78,6 +78,7 @@ function bound_check.notes(population, mask, materials, scene, options)
   local outcome = simulation:outcome(i)
   local mass, step = outcome.mass / outcome.masses, outcome.time_step_bound
   simulation:free()
+  if not step then return notes end
   for _, slope in ipairs(found) do
     for _, unit in ipairs(UNITS) do
       local kind = unit[1]

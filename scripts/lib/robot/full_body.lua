@@ -25,7 +25,7 @@ function full_body.bound(lattice, materials, scene, options, device)
       local simulation = engine.simulation(body, materials, scene, options, device)
       -- prepares the robot and computes its bound
       simulation:state(1)
-      local bound = simulation:outcome(1).time_step_bound
+      local bound = simulation:outcome(1).time_step_bound or math.huge
       simulation:free()
       if bound < least then least, name = bound, materials:get(material).name end
     end

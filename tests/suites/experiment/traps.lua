@@ -4,6 +4,7 @@
 
 local reader = require "limax.run.reader"
 local host = require "limax.host"
+local limax = require "limax"
 local process = require "support.process"
 local source = require "limax.base.source"
 
@@ -141,6 +142,8 @@ suite:test("valid settings that are hardly meant", function(t)
       'simulation = { duration = 0.5, edge = 10, accuracy = "preview" }',
     ["fewer than 8 samples in a period of the muscles"] =
       'fitness = "efficiency", record = { energy = 2 }',
+    ["record.center_of_mass is 2 Hz, fewer than 8"] =
+      fitness "return robot:path_length()" .. ", record = { center_of_mass = 2 }",
     ["bodies fall sideways; down is -z"] =
       "scene = limax.scenes.land { gravity = { acceleration = { 0, -9.81, 0 } } }",
     ["scene.anchors hold nothing"] = "scene = limax.scenes.land { anchors = { from = { 5, 0, 0 },"
@@ -223,4 +226,12 @@ suite:test("a robot that diverges under a force names the bound", function(t)
   gives(t, 1, "scene.far.bound: robot", [[scene = { gravity = true, far = { force =
     "f = t > 0.3 ? -1e6 * (x - vec(0, 0, -1)) : vec(0, 0, 0);", bound = { stiffness = 1 } },
     actuation = true }, genome = { require_muscle = false }]])
+end)
+
+suite:test("a body that anchors hold whole is written and read", function(t)
+  local folder = t:folder()
+  local held = limax.robot { voxels = "e" }:simulate { duration = 0.1, record = {},
+    scene = { gravity = true, anchors = { from = { 0, 0, 0 }, to = { 2, 2, 2 } } } }
+  held:save(folder .. "/held.json")
+  t:equal(limax.robot(folder .. "/held.json").body.voxels, 1)
 end)
