@@ -270,8 +270,8 @@ local function check_rate(self, kind, rate, enough)
   local least = actuation and math.min(enough, SAMPLES_OF_PERIOD * actuation.frequency) or 0
   if rate == 0 or rate >= least then return end
   add_notes(self, { ("record.%s is %g Hz, fewer than %d samples in a period of the muscles:"
-    .. " measures of this trace depend on it; record at least %g Hz"):format(kind, rate, SAMPLES_OF_PERIOD,
-    least) })
+    .. " measures of this trace depend on it; record at least %g Hz"):format(kind, rate,
+    SAMPLES_OF_PERIOD, least) })
 end
 
 -- Records what fitness, archive and survival of the library read, unless the script sets a rate.
