@@ -153,6 +153,10 @@ suite:test("valid settings that are hardly meant", function(t)
       { genes = 2, express = function(robots)
         for _, i in ipairs(robots) do robots:voxels(i)[1] = robots.materials:index "e" end
       end } }]],
+    ["no robot of generation 1 differs from its parent"] = [[genome = { crossover = "none",
+      mutation = function(robots)
+        for _, i in ipairs(robots) do robots:genes(i):table()[1] = 7 end
+      end }]],
     ["muscles never reach their amplitude"] =
       "scene = limax.scenes.land { actuation = { frequency = 3, ramp = 100 } }",
     ["breeding.mutation_rate is 0.1, and supervision.ranges.mutation_rate is { 0.2, 0.3 }"] =
