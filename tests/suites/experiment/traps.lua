@@ -116,7 +116,7 @@ suite:test("fields in the wrong place or form", function(t)
   end
 end)
 
-suite:test("valid settings that are hardly meant", function(t)
+suite:test("valid but probably unintended settings", function(t)
   for text, fields in pairs {
     ["nothing that a body can push itself off from"] = "scene = { actuation = { frequency = 5 } }",
     ["scene names ground and no gravity"] = "scene = { actuation = true, ground = true }",
