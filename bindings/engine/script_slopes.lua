@@ -33,7 +33,8 @@ local function script_slopes(robots, i, table_of_materials, in_scene, options, r
   local scene_handle = object.handle(what .. ": scene", in_scene, scene.class)
   object.handle(what .. ": simulation", running, simulation.class)
   local positions, velocities = running:state(i)
-  local slopes, count = ffi.new "limax_script_slope[8]", ffi.new "int32_t[1]"
+  local slopes = ffi.new("limax_script_slope[?]", C.LIMAX_MOST_SCRIPTS)
+  local count = ffi.new "int32_t[1]"
   abi.check(C.limax_script_slopes(population_handle, robot, materials_handle, scene_handle,
     (simulation.options_of(options)), positions:pointer(), velocities:pointer(),
     running:outcome(i).time, slopes, count), what)
