@@ -56,6 +56,13 @@ local function shipped(name)
     suggest.ending(name, names_there)))
 end
 
+-- Refuses a table without a schema with an example; the engine checks everything else.
+local function require_schema(value, origin)
+  if type(value) ~= "table" or value.schema ~= nil then return end
+  fault.raise(origin .. ': schema: is missing; expected "limax.materials/1" beside name, fields and'
+    .. " materials, as in materials/paper.json")
+end
+
 --- Reads a material table.
 ---@param source string|table a path that ends in .json, the name of a shipped table, or the table
 ---@return limax.materials
@@ -65,6 +72,7 @@ local function materials(source)
       schema.refuse("materials", "a path, a name or a plain table (materials:copy() copies)",
         "materials")
     end
+    require_schema(source, "materials")
     local encoded, text = pcall(host.json.encode, source)
     if not encoded then fault.raise("materials: " .. tostring(text)) end
     return make(function(out) return C.limax_materials_parse(text, #text, "materials", out) end)
@@ -77,6 +85,11 @@ local function materials(source)
     fault.raise(("materials: there is no file %s"):format(host.file.absolute(source)))
   end
   local path = is_file and source or shipped(source)
+  local file = is_file and io.open(path, "rb")
+  if file then
+    require_schema(host.json.decode(file:read "*a" or "", path), path)
+    file:close()
+  end
   return make(function(out) return C.limax_materials_load(path, out) end)
 end
 

@@ -25,19 +25,24 @@ local C = abi.C
 ---@param in_scene limax.scene
 ---@param options table fields of `simulation`, of which `edge` and `sharing` count
 ---@param running limax.simulation in which robot i is
+---@param held? table<integer, boolean> masses that are left out
 ---@return limax.script_slope[]
-local function script_slopes(robots, i, table_of_materials, in_scene, options, running)
+local function script_slopes(robots, i, table_of_materials, in_scene, options, running, held)
   local what = "script_slopes"
   local population_handle, robot = object.entry(what .. ": population", robots, population.class, i)
   local materials_handle = object.handle(what .. ": materials", table_of_materials, materials.class)
   local scene_handle = object.handle(what .. ": scene", in_scene, scene.class)
   object.handle(what .. ": simulation", running, simulation.class)
   local positions, velocities = running:state(i)
+  local x, v = positions:pointer(), velocities:pointer()
+  for mass in pairs(held or {}) do
+    -- the engine ignores slopes that are not numbers
+    for c = 3 * mass - 3, 3 * mass - 1 do x[c], v[c] = 0 / 0, 0 / 0 end
+  end
   local slopes = ffi.new("limax_script_slope[?]", C.LIMAX_MOST_SCRIPTS)
   local count = ffi.new "int32_t[1]"
   abi.check(C.limax_script_slopes(population_handle, robot, materials_handle, scene_handle,
-    (simulation.options_of(options)), positions:pointer(), velocities:pointer(),
-    running:outcome(i).time, slopes, count), what)
+    (simulation.options_of(options)), x, v, running:outcome(i).time, slopes, count), what)
   local list = {}
   for k = 1, count[0] do
     local slope = slopes[k - 1]

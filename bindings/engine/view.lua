@@ -67,6 +67,17 @@ local function read_only(what)
     .. "writable")
 end
 
+-- Adds operators that raise, in place of LuaJIT's message about a struct, to a metatable.
+local function without_arithmetic(metatable)
+  local function refuse()
+    fault.raise "a view, or a row of one, is no number: calculate with its numbers, as in row[1]"
+  end
+  for _, name in ipairs { "add", "sub", "mul", "div", "mod", "pow", "unm", "lt", "le", "concat" } do
+    metatable["__" .. name] = refuse
+  end
+  return metatable
+end
+
 local function next_entry(self, i)
   if i < #self then return i + 1, self[i + 1] end
 end
@@ -90,7 +101,8 @@ local function make_row_type(length)
     for i = 1, length do list[i] = self.numbers[i - 1] end
     return list
   end
-  return ffi.metatype(("struct { double numbers[%d]; }"):format(math.max(length, 1)), {
+  return ffi.metatype(("struct { double numbers[%d]; }"):format(math.max(length, 1)),
+    without_arithmetic {
     __index = function(self, key)
       if is_index(key, length) then return self.numbers[key - 1] end
       if key == "shape" then return { length } end
@@ -199,7 +211,7 @@ function class:__tostring()
   return ("view of %s %s"):format(state.form.what, shape_text(tail(state.form.shape, state.axis)))
 end
 
-new_view = ffi.metatype("struct {}", class)
+new_view = ffi.metatype("struct {}", without_arithmetic(class))
 
 -- ---- the last axis of a writable view -----------------------------------------------------------
 

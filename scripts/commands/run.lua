@@ -378,6 +378,10 @@ function command.run(arguments)
     if arguments[name] then failure.raise(2, ("--%s belongs to --resume"):format(name)) end
   end
   if not file then failure.raise(2, "limax run: expected a FILE, or --resume DIR") end
+  if reader.is_run(file) then
+    failure.raise(2, ("%s is a run folder; to continue it: %s"):format(terminal.shown(file),
+      shell.resume_command(file)))
+  end
   return command.run_experiment(command.experiment_of(file), arguments)
 end
 

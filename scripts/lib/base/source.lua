@@ -140,23 +140,49 @@ function source.beside(path, folder)
     table.concat(places, ", nor beside the experiment in "))
 end
 
--- The numbers, texts and switches that a function reads from outside, and the functions there.
-local function held_by(call, seen)
+local DEEPEST, MOST_ENTRIES = 4, 1000 -- of the tables that are read
+local held_by, add_held
+
+-- Adds the entries of a table to the parts of `held_by`.
+local function add_table(parts, name, value, seen, depth)
+  local texts, entries = {}, {}
+  for key, entry in next, value do
+    if #texts == MOST_ENTRIES then return end
+    if type(key) == "string" or type(key) == "number" then
+      local text = ("%s[%s %s]"):format(name, type(key), tostring(key))
+      texts[#texts + 1], entries[text] = text, entry
+    end
+  end
+  table.sort(texts)
+  for _, text in ipairs(texts) do add_held(parts, text, entries[text], seen, depth + 1) end
+end
+
+-- Adds a value that a function reads from outside, as text.
+function add_held(parts, name, value, seen, depth)
+  local kind = type(value)
+  if kind == "function" and not seen[value] then
+    local info = debug.getinfo(value, "S")
+    seen[value] = true
+    if info.what ~= "C" and not failure.is_ours(info.source) then
+      parts[#parts + 1] = ("%s=%s%s"):format(name, source.text_of(info), held_by(value, seen))
+    end
+  elseif kind == "table" and not seen[value] and depth < DEEPEST and not getmetatable(value) then
+    seen[value] = true
+    add_table(parts, name, value, seen, depth)
+  elseif kind == "number" or kind == "string" or kind == "boolean" then
+    parts[#parts + 1] = ("%s=%s"):format(name, kind == "number" and ("%.17g"):format(value)
+      or tostring(value))
+  end
+end
+
+-- The numbers, texts and switches that a function reads from outside, and the functions and plain
+-- tables there. Tables that are deeper or larger do not count.
+function held_by(call, seen)
   local parts, k = {}, 1
   while true do
     local name, value = debug.getupvalue(call, k)
     if not name then break end
-    local kind = type(value)
-    if kind == "function" and not seen[value] then
-      local info = debug.getinfo(value, "S")
-      seen[value] = true
-      if info.what ~= "C" and not failure.is_ours(info.source) then
-        parts[#parts + 1] = ("%s=%s%s"):format(name, source.text_of(info), held_by(value, seen))
-      end
-    elseif kind == "number" or kind == "string" or kind == "boolean" then
-      parts[#parts + 1] = ("%s=%s"):format(name, kind == "number" and ("%.17g"):format(value)
-        or tostring(value))
-    end
+    add_held(parts, name, value, seen, 0)
     k = k + 1
   end
   return #parts > 0 and "\n" .. table.concat(parts, "\n") or ""
@@ -170,8 +196,8 @@ function source.text_of(info)
   return source.lines_of(text, info.linedefined, info.lastlinedefined)
 end
 
---- File and lines of a function, and the SHA-256 of its text with the numbers, texts, switches and
---- functions that it reads from outside.
+--- File and lines of a function, and the SHA-256 of its text with the numbers, texts, switches,
+--- functions and plain tables that it reads from outside.
 ---@param base string|nil folder that file names are relative to
 ---@return { file: string, first_line: integer, last_line: integer, sha256: string }
 function source.of_function(call, base)

@@ -14,6 +14,7 @@ local host = require "limax.host"
 local materials = require "limax.evolution.materials"
 local mating = require "limax.evolution.mating"
 local metrics = require "limax.run.metrics"
+local named_parts = require "limax.experiment.named_parts"
 local proposals = require "limax.supervise.proposals"
 local record = require "limax.evolution.record"
 local rows = require "limax.robot.rows"
@@ -54,6 +55,18 @@ function evolve.first(run)
   return generations.check_bodies(express(run, robots))
 end
 
+-- Warns of rates that the script's supervisor or loop changes and that nothing uses.
+local function check_used(run, ledger)
+  local idle = named_parts.idle_rates(run.experiment.variation)
+  for _, entry in ipairs(ledger.entries) do
+    local named = entry.outcome == "set" or run.experiment.spec.supervisor ~= nil
+    if idle[entry.field] and named and entry.outcome ~= "kept" and entry.outcome ~= "rejected" then
+      run:say(("%s = %.6g takes no effect: %s does not use it"):format(entry.field, entry.applied,
+        idle[entry.field]), entry.field)
+    end
+  end
+end
+
 -- The supervisor's decision. Parameters that an own loop chose replace those of the supervisor.
 local function decide(run, robots)
   local ranking, choice = mating.ranking(robots), robots.choice or {}
@@ -67,6 +80,7 @@ local function decide(run, robots)
       proposals.set(decided.ledger, name, chosen)
     end
   end
+  check_used(run, decided.ledger)
   decided.same_materials = materials.equal(decided.fields, materials.fields(robots.materials))
   return decided
 end

@@ -361,6 +361,27 @@ local function check_trials_read(robots, law, wanted)
   end
 end
 
+-- Warns if a function of the script writes to the state and then scores a robot differently: what
+-- it wrote counts, and so does the order of the robots.
+local function check_order(robots, law, wanted, own_state)
+  if robots.generation > 0 or law.name ~= "function" or not own_state
+    or state.encode(own_state) == state.encode(robots.before.state) then
+    return
+  end
+  for i, row in ipairs(robots.rows) do
+    if wanted[i] and row.fitness then
+      local again = scoring.call(law.call, robots[i], state.copy(own_state))
+      if again ~= row.fitness then
+        robots.world.say(("state: the fitness writes to it, and gives robot %s %.6g, but %s after"
+          .. " the others: scores depend on the order of the robots; write to it in the survival or"
+          .. " the supervisor"):format(row.id, row.fitness, again and ("%.6g"):format(again)
+          or "no score"))
+      end
+      return
+    end
+  end
+end
+
 -- A warning about a first generation of equal scores; nil for others.
 local function constant_text(robots)
   local all = robots.rows
@@ -368,6 +389,10 @@ local function constant_text(robots)
   for _, i in ipairs(robots.ranked) do
     if all[i].fitness ~= all[first].fitness then return nil end
     differ = differ or all.data[i - 1].body.hash ~= all.data[first - 1].body.hash
+  end
+  if robots.scored_by.name == "carry" and all[first].fitness == 0 then
+    return ("no robot of generation 0 moves scene.block: its position { %.6g, %.6g, %.6g } may be"
+      .. " out of reach"):format(unpack(robots.trials[1].scene.block.position))
   end
   if not differ and #robots.ranked > 2 then
     return ("all %d scored robots of generation 0 have the same body and fitness: does the encoding"
@@ -451,6 +476,7 @@ function Population:score(with)
 
   local began = host.clock()
   check_trials_read(self, law, wanted)
+  check_order(self, law, wanted, own_state)
   if is_simulated or not self.scored_with then self.scored_with = with end
   self.scored_by, self.ranked = law, metrics.rank(self.rows)
   if #self.ranked == 0 then failure.raise(1, failure_text(self)) end

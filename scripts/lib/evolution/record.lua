@@ -52,7 +52,13 @@ local function front_of(world, robots)
   else
     for k, index in ipairs(robots.ranked) do list[k] = robots.rows[index] end
   end
-  return front.measure(list, measured.objectives, measured.reference)
+  local measure = front.measure(list, measured.objectives, measured.reference)
+  if robots.generation == 0 and measure.hypervolume == 0 then
+    local field = world.archive and world.archive.reference and "archive" or "survival"
+    world.say(("%s.reference: no robot of generation 0 is better in every objective, so the"
+      .. " hypervolume is 0: %s"):format(field, front.ranges(list, measured)))
+  end
+  return measure
 end
 
 -- The line of metrics.jsonl.

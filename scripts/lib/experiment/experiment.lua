@@ -260,18 +260,11 @@ local function find_parts(self)
   return message or island_rules.problem(self.config, parts)
 end
 
--- Fewer samples in a period of the muscles give measures of a trace that depend on the rate.
-local SAMPLES_OF_PERIOD = 8
 local SUMMARISED = { "center_of_mass", "contact", "energy", "strain" }
 
 -- Warns of a rate that the script sets too low for the measures of a trace.
 local function check_rate(self, kind, rate, enough)
-  local actuation = self.config.scene.actuation
-  local least = actuation and math.min(enough, SAMPLES_OF_PERIOD * actuation.frequency) or 0
-  if rate == 0 or rate >= least then return end
-  add_notes(self, { ("record.%s is %g Hz, fewer than %d samples in a period of the muscles:"
-    .. " measures of this trace depend on it; record at least %g Hz"):format(kind, rate,
-    SAMPLES_OF_PERIOD, least) })
+  add_notes(self, { plausible.sparse(kind, rate, self.config.scene, enough) })
 end
 
 -- Records what fitness, archive and survival of the library read, unless the script sets a rate.
@@ -288,7 +281,7 @@ local function record_for_measures(self)
     end
   end
   if parts.fitness.name ~= "function" or not self.spec.record then return end
-  for _, kind in ipairs(SUMMARISED) do check_rate(self, kind, record[kind], math.huge) end
+  for _, kind in ipairs(SUMMARISED) do check_rate(self, kind, record[kind]) end
 end
 
 local function complete_record(self)
@@ -337,6 +330,8 @@ local function check_together(self)
   local config, parts = self.config, self.parts
   add_notes(self, plausible.notes_of_whole(config))
   add_notes(self, { island_rules.note(config) })
+  local note = parts.supervisor.note and parts.supervisor.note(config)
+  add_notes(self, { note })
   for field, range in pairs(config.supervision.ranges or {}) do
     local value = config.breeding[field]
     if value and (value < range[1] or value > range[2]) then

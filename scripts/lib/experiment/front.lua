@@ -96,6 +96,21 @@ function front.measure(list, objectives, reference)
   return { size = #best, hypervolume = front.hypervolume(best, signed) }
 end
 
+--- The objectives of robots beside the reference: "distance is 0.1 to 0.2 (reference 5), ...".
+---@param measured { objectives: limax.measure[], reference: number[] }
+function front.ranges(list, measured)
+  local texts = {}
+  for k, measure in ipairs(measured.objectives) do
+    local least, most = math.huge, -math.huge
+    for _, each in ipairs(list) do
+      least, most = math.min(least, each.objectives[k]), math.max(most, each.objectives[k])
+    end
+    texts[k] = ("%s%s is %.4g to %.4g (reference %.6g)"):format(measure.sign < 0 and "-" or "",
+      measure.name, least, most, measured.reference[k])
+  end
+  return table.concat(texts, ", ")
+end
+
 --- Describes the problem of a reference point; nil if it has none.
 ---@param options { objectives: limax.measure[], reference?: number[] }
 function front.wrong_reference(options)

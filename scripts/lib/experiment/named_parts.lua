@@ -61,6 +61,15 @@ function named_parts.of(spec)
   return parts
 end
 
+--- The rates that the mutation or the crossover "none" does not use, with its name.
+---@param steps { mutation: limax.variation.step, crossover: limax.variation.step }
+---@return table<string, string>
+function named_parts.idle_rates(steps)
+  local mutation = steps.mutation.none and 'the mutation "none"' or nil
+  return { mutation_rate = mutation, mutation_scale = mutation,
+    crossover_rate = steps.crossover.none and 'the crossover "none"' or nil }
+end
+
 --- Parameters of `breeding` that a script sets and that no part uses.
 ---@param steps { mutation: limax.variation.step, crossover: limax.variation.step }
 ---@return string[] notes
@@ -74,9 +83,7 @@ function named_parts.unused(spec, parts, steps)
   local survival = parts.survival.name
   note("elite_fraction", survival ~= "elitist" and survival ~= "function",
     ("the survival %q"):format(survival))
-  note("mutation_rate", steps.mutation.none, 'the mutation "none"')
-  note("mutation_scale", steps.mutation.none, 'the mutation "none"')
-  note("crossover_rate", steps.crossover.none, 'the crossover "none"')
+  for name, step in pairs(named_parts.idle_rates(steps)) do note(name, true, step) end
   return list
 end
 

@@ -89,7 +89,7 @@ local function named(note, entry, path)
   note = note:gsub("simulation%.([%w_]+)", function(name)
     return entry[name] ~= nil and ("%s.%s"):format(path, name) or nil
   end)
-  if entry.scene then note = note:gsub("scene%.", path .. ".%0") end
+  if entry.scene then note = note:gsub("^scene ", path .. ".%0"):gsub("scene%.", path .. ".%0") end
   local is_own = entry.materials and not note:find(path, 1, true)
   return is_own and path .. ": " .. note or note
 end

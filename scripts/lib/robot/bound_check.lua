@@ -36,6 +36,24 @@ local function largest(found, slopes)
   end
 end
 
+-- The masses that anchors hold: they limit no step. `start` are the places of all masses.
+local function held_of(anchors, start)
+  local held, corner, slack = {}, {}, 1e-6 -- m, as in engine/physics/effects/anchors.h
+  for c = 1, anchors and 3 or 0 do
+    corner[c] = math.huge
+    for _, place in ipairs(start) do corner[c] = math.min(corner[c], place[c]) end
+  end
+  for m, place in ipairs(anchors and start or {}) do
+    local is_held = true
+    for c = 1, 3 do
+      local x = place[c] - corner[c]
+      is_held = is_held and x >= anchors.from[c] - slack and x <= anchors.to[c] + slack
+    end
+    held[m] = is_held or nil
+  end
+  return held
+end
+
 -- Forces with their bounds that were tested in this process.
 local tested = {}
 
@@ -71,8 +89,10 @@ function bound_check.notes(population, mask, materials, scene, options)
   if not i then return notes end
   local simulation = engine.simulation(population, materials, scene, options,
     engine.device "cpu", only)
+  local held = held_of(scene:table().anchors, (simulation:state(i)))
   for _ = 0, STEPS, BETWEEN do
-    largest(found, engine.script_slopes(population, i, materials, scene, options, simulation))
+    largest(found,
+      engine.script_slopes(population, i, materials, scene, options, simulation, held))
     if simulation:advance(1, BETWEEN).finished then break end
   end
   local outcome = simulation:outcome(i)

@@ -3,6 +3,8 @@
 
 local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
+local output = require "limax.base.output"
+local plausible = require "limax.settings.plausible"
 local rows = require "limax.robot.rows"
 
 local measured = {}
@@ -40,11 +42,24 @@ function measured.is_recorded(self, kind)
   return record ~= nil and (record[kind] or 0) > 0
 end
 
+local warned = {}
+
+-- Warns of a trace with too few samples; an experiment has the same note of its own.
+local function check_rate(context, kind)
+  if not context.by_hand then return end
+  local note = plausible.sparse(kind, context.options.record[kind], context.scene)
+  if note and not warned[note] then output.warn("! ", note, "\n") end
+  if note then warned[note] = true end
+end
+
 --- A number that the engine computes from a trace.
 function measured.summary(self, what, field, kind)
   local value = measured.outcome(self, what)[field]
   -- NaN where the trace is not recorded
-  if value == value then return value end
+  if value == value then
+    check_rate(self.context, kind)
+    return value
+  end
   fail("%s reads the trace %q, which was not recorded; add the entry %s (samples per second)", what,
     kind, measured.entry_to_add(self, kind))
 end

@@ -141,8 +141,9 @@ function prepared.simulation(robot, options)
   end
   return simulation, function()
     return rows.by_hand(description, population, materials, simulation),
-      { population = population, index = 1, simulation = simulation, materials = materials,
-        scene = parts.scene:table(), options = parts.options, fitness = description.fitness }
+      { by_hand = true, population = population, index = 1, simulation = simulation,
+        materials = materials, scene = parts.scene:table(), options = parts.options,
+        fitness = description.fitness }
   end
 end
 

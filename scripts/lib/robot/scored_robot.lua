@@ -302,7 +302,8 @@ function methods:block(options)
   local outcome = measured.outcome(self, "block")
   local last = outcome.block_end
   if last[0] ~= last[0] then
-    fail("robot %s has no block: its scene does not name the effect 'block'", self.row.id)
+    fail("scene.block: robot %s has none in its scene; limax.scenes.land { block = true } has one",
+      self.row.id)
   end
   local first = options.from == "middle" and outcome.block_middle or outcome.block_start
   local displacement = { last[0] - first[0], last[1] - first[1], last[2] - first[2] }

@@ -15,6 +15,7 @@ local record_rules = require "limax.settings.record_rules"
 local records = require "limax.settings.records"
 local rows_file = require "limax.robot.rows_file"
 local source = require "limax.base.source"
+local study_file = require "limax.run.study_file"
 
 ---@class limax.run.reader
 ---@field path string
@@ -46,6 +47,11 @@ end
 
 -- The end of a message about a folder that is not a run folder but holds some.
 local function runs_in(folder)
+  if study_file.exists(folder) then
+    local first = study_file.read(folder).runs[1]
+    return ("; it is a sweep or a study: name one of its runs%s; limax report %s shows them all"):
+      format(first and (", such as %s/%s"):format(folder, first.path) or "", folder)
+  end
   for _, name in ipairs(host.file.list(folder) or {}) do
     local path = folder .. "/" .. name
     if reader.is_run(path) then

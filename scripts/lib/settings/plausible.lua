@@ -3,6 +3,9 @@
 
 local plausible = {}
 
+-- Fewer samples in a period of the muscles give measures of a trace that depend on the rate.
+local SAMPLES_OF_PERIOD = 8
+
 -- Largest share of its length by which one site's weight may shorten a spring: a quarter, as the
 -- paper's muscles do.
 local MOST_SAG = 0.25
@@ -38,6 +41,22 @@ local function odd_anchors(config)
   end
   return config.scene.ground and "scene.anchors hold bodies where they start: on scene.ground they"
     .. " cannot walk" or nil
+end
+
+-- Terrain that no body starts on.
+local function terrain_beside(config)
+  local terrain, lattice = config.scene.terrain, config.lattice
+  if not terrain or not lattice then return nil end
+  for axis, count in ipairs { #terrain.heights, #terrain.heights[1] } do
+    local low, start = terrain.origin[axis], config.simulation.position[axis]
+    local high, finish = low + (count - 1) * terrain.spacing,
+      start + lattice[axis] * config.simulation.edge
+    if start > high or finish < low then
+      return ("scene.terrain is beside the body: along %s it reaches from %.4g to %.4g m, and a"
+        .. " full body starts at %.4g to %.4g m; set scene.terrain.origin"):format(
+        ("xyz"):sub(axis, axis), low, high, start, finish)
+    end
+  end
 end
 
 -- Muscles that do not reach their amplitude in the run.
@@ -212,6 +231,18 @@ function plausible.replaced(named, scene)
     .. " limax.scenes.land { friction = false } is land without friction"
 end
 
+--- A note on a rate that is too low for the measures of a trace; nil if it is not.
+---@param rate number samples per second
+---@param scene table effects with all their fields
+---@param enough? number a rate that is never too low
+function plausible.sparse(kind, rate, scene, enough)
+  local least = scene.actuation and SAMPLES_OF_PERIOD * scene.actuation.frequency or 0
+  least = math.min(least, enough or least)
+  if rate == 0 or rate >= least then return nil end
+  return ("record.%s is %g Hz, fewer than %d samples in a period of the muscles: measures of this"
+    .. " trace depend on it; record at least %g Hz"):format(kind, rate, SAMPLES_OF_PERIOD, least)
+end
+
 --- Notes with field, value and consequence.
 ---@param config table a resolved configuration
 function plausible.notes(config)
@@ -220,6 +251,7 @@ function plausible.notes(config)
   list[#list + 1] = upwards(config.scene)
   list[#list + 1] = sideways(config.scene)
   list[#list + 1] = odd_anchors(config)
+  list[#list + 1] = terrain_beside(config)
   list[#list + 1] = slow_ramp(config)
   list[#list + 1] = collapse(config)
   list[#list + 1] = falling(config)

@@ -58,6 +58,16 @@ return {
     for _, name in ipairs(parameters) do list[#list + 1] = chosen[name] and name end
     return list
   end,
+  note = function(chosen, config)
+    local last = config.generations - 1
+    for _, name in ipairs(parameters) do
+      local points = chosen[name]
+      if points and points[#points][1] > last then
+        return ('supervisor "schedule": %s ends at generation %g, and the run at %d, so it does not'
+          .. " reach %.6g"):format(name, points[#points][1], last, points[#points][2])
+      end
+    end
+  end,
   make = function(chosen)
     return function(history)
       local coming = history[#history].generation + 1

@@ -59,6 +59,7 @@ supervise.parameters = proposals.parameters
 ---@field start (fun(run: limax.run): limax.supervisor.session)|nil instead of `call`
 ---@field own boolean|nil is it the user's own function?
 ---@field unfit? fun(config: table): string|nil why it cannot serve this experiment
+---@field note? fun(config: table): string|nil what is probably unintended in this experiment
 ---@field changes string[]|nil the fields that it may set; nil for all that an experiment allows
 
 --- The supervisor that an experiment names: a name, { name, option = value }, or a function.
@@ -70,6 +71,8 @@ function supervise.get(spec)
   local entry = supervise.entries[name]
   local supervisor = { name = name, unfit = entry.unfit and function(config)
     return entry.unfit(options, config)
+  end, note = entry.note and function(config)
+    return entry.note(options, config)
   end, changes = entry.changes and entry.changes(options) }
   local fallback = options.fallback
   if fallback == "keep" then fallback = nil end
