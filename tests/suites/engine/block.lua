@@ -51,7 +51,7 @@ end)
 
 suite:test("errors name what a block does not support", function(t)
   local plain = limax.robot { voxels = VOXELS }:simulate { duration = 0.1, device = "cpu" }
-  t:raises("its scene does not name the effect 'block'", function() plain:block() end)
+  t:raises("scene.block: robot 1 has none in its scene", function() plain:block() end)
   t:raises("record.block needs the effect 'block'", function()
     limax.robot { voxels = VOXELS }:simulate { duration = 0.1, record = { block = 50 } }
   end)

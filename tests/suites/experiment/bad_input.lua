@@ -18,12 +18,15 @@ suite:test("options, files and fields out of range", function(t)
     colon = 'return require("limax"):experiment { fitness = "walk" }\n' } do
     process.write(("%s/%s.lua"):format(folder, name), text)
   end
+  process.write(folder .. "/m.json", '{ "name": "m" }')
+  evolution.script(folder .. "/bare.lua", 'materials = "m.json"')
   process.write(folder .. "/p.png", "\137PNG\r\n\26\n\0\0\0\rIHDR")
   for _, case in ipairs {
     { "run p.png", 2, "p.png is not a Lua script: it has bytes that are not text" },
     { "run nothing.lua", 2, "nothing.lua returns no experiment" },
     { "idle.lua", 0, "idle.lua made an experiment and did nothing with it" },
     { "colon.lua", 2, "write limax.experiment { ... }, with a dot" },
+    { "run bare.lua", 2, 'm.json: schema: is missing; expected "limax.materials/1"' },
     { "run try.lua --repetition 2", 2, "the experiment has 1" },
     { "run try.lua --changed", 2, "--changed belongs to --resume" },
     { "run try.lua --together --apart", 2, "exclude each other" },

@@ -162,6 +162,21 @@ suite:test("valid but probably unintended settings", function(t)
     ["breeding.mutation_rate is 0.1, and supervision.ranges.mutation_rate is { 0.2, 0.3 }"] =
       "breeding = { mutation_rate = 0.1 }, supervision = { ranges = { mutation_rate ="
       .. " { 0.2, 0.3 } } }",
+    ["mutation_rate = 0.2 takes no effect: the mutation \"none\" does not use it"] =
+      'genome = { mutation = "none" }, ' .. supervisor "return { mutation_rate = 0.2 }",
+    ["scores depend on the order of the robots"] = "state = function() return { n = 0 } end, "
+      .. "fitness = function(_, state) state.n = state.n + 1 return state.n end",
+    ["survival.reference: no robot of generation 0 is better in every objective"] = 'survival = {'
+      .. ' "nsga2", objectives = { "distance", "-energy" }, reference = { 500, 200 } }',
+    ["no robot of generation 0 moves scene.block: its position { 5, 0, 0 }"] =
+      'fitness = "carry", scene = limax.scenes.land { block = { position = { 5, 0, 0 } } }',
+    ["mutation_scale ends at generation 39, and the run at 2"] =
+      'supervisor = { "schedule", mutation_scale = { { 0, 0.2 }, { 39, 0.02 } } }',
+    ["trials[2].scene names no friction"] =
+      "trials = { {}, { scene = { ground = true, gravity = true, actuation = true } } }",
+    ["scene.terrain is beside the body: along x it reaches from 1 to 1.5 m"] = "scene ="
+      .. " limax.scenes.land { ground = false, terrain = { spacing = 0.5, origin = { 1, 1, 0 },"
+      .. " heights = { { 0, 0 }, { 0, 0 } } } }",
     ["bodies are noise"] = "lattice = { 4, 2, 2 }, genome = { sigma = 100 }",
   } do
     gives(t, 0, text, fields)
@@ -183,6 +198,9 @@ suite:test("a function counts with the numbers and functions that it reads", fun
   t:equal(hash(scaled(1)), hash(scaled(1)))
   t:ok(hash(scaled(1)) ~= hash(scaled(10)))
   t:ok(hash(called(scaled(1))) ~= hash(called(scaled(10))))
+  local function weighted(by) return function(robot) return by.far[1] * robot:distance() end end
+  t:equal(hash(weighted { far = { 1 } }), hash(weighted { far = { 1 } }))
+  t:ok(hash(weighted { far = { 1 } }) ~= hash(weighted { far = { 2 } }))
 end)
 
 suite:test("an encoding that writes no weights makes muscles that move", function(t)
@@ -197,6 +215,13 @@ suite:test("an encoding that writes no weights makes muscles that move", functio
 end)
 
 suite:test("names and forms that are nearly right", function(t)
+  gives(t, 0, "record.energy is 2 Hz, fewer than 8", "", "",
+    'limax.robot { voxels = "ecs" }:simulate { duration = 1, record = { energy = 2 } }:energy()'
+    .. " return experiment")
+  gives(t, 1, "scene.block: robot 1 has none", 'fitness = "carry"')
+  gives(t, 1, "is no number: calculate with its numbers", fitness
+    'local path = robot:trace "center_of_mass" return path[2] - path[1]'
+    .. ", record = { center_of_mass = 50 }")
   gives(t, 1, "axs: unknown field", fitness "return limax.fitness.distance(robot, { axs = 'x' })")
   gives(t, 1, "modes: standing: expected true or false", "",
     'limax.robot { voxels = "ecs" }:modes(2, { standing = "false" })')
@@ -230,6 +255,19 @@ suite:test("a robot that diverges under a force names the bound", function(t)
   gives(t, 1, "scene.far.bound: robot", [[scene = { gravity = true, far = { force =
     "f = t > 0.3 ? -1e6 * (x - vec(0, 0, -1)) : vec(0, 0, 0);", bound = { stiffness = 1 } },
     actuation = true }, genome = { require_muscle = false }]])
+end)
+
+suite:test("masses that anchors hold need no bound", function(t)
+  local function simulated(force)
+    local folder = t:folder()
+    assert(host.file.write_atomic(folder .. "/try.lua", ([[require("limax").robot {
+      voxels = "ee\nee\n\nee\nee" }:simulate { duration = 0.1, scene = { gravity = true,
+      anchors = { to = { 1, 1, 0 } }, wall = { force = "%s", bound = { stiffness = 20 } } } }]])
+      :format(force)))
+    return process.ends(folder, { "try.lua" }).stderr
+  end
+  t:equal(simulated "f = x.z < 0.05 ? vec(-1e5 * x.x, 0, 0) : vec(0, 0, 0);", "")
+  t:ok(simulated("f = x.z < 0.15 ? vec(-1e5 * x.x, 0, 0) : vec(0, 0, 0);"):find("1e+05", 1, true))
 end)
 
 suite:test("a body that anchors hold whole is written and read", function(t)

@@ -149,4 +149,5 @@ suite:test("a run without a generation, and a folder that is not a run", functio
   t:ok(done.stdout:find("no generation has been scored yet", 1, true), done.stdout)
   process.fails(t, base, 1, { "report", "r" }, "nothing to report")
   process.fails(t, base, 2, { "watch", "nothing" }, "nothing is not a run folder")
+  process.fails(t, base, 2, { "run", "r" }, "run --resume r")
 end)

@@ -66,6 +66,7 @@ suite:test("seeds are repetitions of an arm, which compare reads", function(t)
   local folder = begin(t)
   sweep(t, folder, "try.lua", "--out", "s", "--set", "breeding.mutation_rate=0.05,0.1", "--set",
     "seed=1,2", "--quiet")
+  process.fails(t, folder, 2, { "watch", "s" }, "it is a sweep or a study: name one of its runs")
   local done = process.completes(t, folder, { "compare", "s" })
   for _, rate in ipairs { "0.05", "0.1" } do
     t:ok(done.stdout:find(("\nmutation_rate=%s +2 "):format(rate)), done.stdout)
