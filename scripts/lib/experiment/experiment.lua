@@ -343,6 +343,12 @@ local function check_together(self)
   if config.islands and parts.survival.name == "map_elites" then
     parts.archive.islands = config.islands.count
   end
+  for k, trial in ipairs(parts.fitness.name == "carry" and self.trials.list or {}) do
+    if not trial.scene.block then
+      return ('%sscene.block: the fitness "carry" needs one; limax.scenes.land { block = true } has'
+        .. " one"):format(config.trials and ("trials[%d]."):format(k) or "")
+    end
+  end
   local unfit = parts.supervisor.unfit and parts.supervisor.unfit(config)
   return unfit and ("supervisor %q: %s"):format(parts.supervisor.name, unfit)
 end

@@ -218,7 +218,7 @@ suite:test("names and forms that are nearly right", function(t)
   gives(t, 0, "record.energy is 2 Hz, fewer than 8", "", "",
     'limax.robot { voxels = "ecs" }:simulate { duration = 1, record = { energy = 2 } }:energy()'
     .. " return experiment")
-  gives(t, 1, "scene.block: robot 1 has none", 'fitness = "carry"')
+  gives(t, 2, 'scene.block: the fitness "carry" needs one', 'fitness = "carry"')
   gives(t, 1, "is no number: calculate with its numbers", fitness
     'local path = robot:trace "center_of_mass" return path[2] - path[1]'
     .. ", record = { center_of_mass = 50 }")
