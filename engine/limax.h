@@ -46,7 +46,7 @@ typedef enum limax_status {
 } limax_status;
 
 enum {
-    LIMAX_ABI = 12, /* raised whenever a declaration of this file changes */
+    LIMAX_ABI = 13, /* raised whenever a declaration of this file changes */
     LIMAX_MAX_MATERIALS = 16,
     LIMAX_MAX_HIDDEN = 8
 };
@@ -351,6 +351,33 @@ typedef struct limax_script_parameter {
 limax_status limax_scene_add_script(limax_scene* scene, const char* name, const char* text,
                                     const limax_script_parameter* parameters, int32_t count,
                                     const double* bound);
+/* The text of the effect `control`: assignments in the language of engine/README.md that set the
+ * activation `a` of a voxel. Its inputs are the sensors below, the parameters, and the genes of
+ * control of the robot. */
+limax_status limax_scene_set_controller(limax_scene* scene, const char* text,
+                                        const limax_script_parameter* parameters, int32_t count);
+/* What the controller of a scene reads; all 0 without one. */
+typedef struct limax_controller_needs {
+    int32_t genes;    /* of control: those that a population must have at least */
+    int32_t states;   /* of a voxel */
+    int32_t messages; /* to each neighbour */
+    int32_t inputs;   /* sensors, a vector counted as 3 */
+} limax_controller_needs;
+limax_status limax_scene_controller(const limax_scene* scene, limax_controller_needs* out);
+/* The sensors that a controller may read, from 0; strings live as long as the library. */
+typedef struct limax_sensor_info {
+    const char* name;
+    const char* unit;
+    const char* note;
+    int32_t components; /* 1 or 3 */
+    int32_t measured;   /* whether noise and delay apply */
+    double range;       /* what a controller's value of 1 is, in `unit` */
+} limax_sensor_info;
+int32_t limax_sensor_count(void);
+limax_status limax_sensor_describe(int32_t sensor, limax_sensor_info* out);
+/* The sensor and the component of an input of limax_controller_needs, from 0. */
+limax_status limax_scene_input(const limax_scene* scene, int32_t input, int32_t* sensor,
+                               int32_t* component);
 /* Checks that every effect has one of those that it needs. */
 limax_status limax_scene_check(const limax_scene* scene);
 
@@ -390,14 +417,18 @@ typedef enum limax_trace_kind {
     LIMAX_TRACE_LEDGER = 6,
     LIMAX_TRACE_BLOCK = 7, /* [sample][7]: centre of the rigid block, m; quaternion w, x, y, z that
                             * turns its own axes into the world's */
-    LIMAX_TRACE_KINDS = 8
+    /* of a scene with control, 0 where a voxel is empty: */
+    LIMAX_TRACE_ACTIVATION = 8, /* [sample][voxel], -1 to 1, of the lattice */
+    LIMAX_TRACE_SENSOR = 9,     /* [sample][input][voxel] of the inputs that the controller reads, as
+                                 * it read them at the last tick: limax_scene_input() */
+    LIMAX_TRACE_KINDS = 10
 } limax_trace_kind;
 
 typedef struct limax_simulation_options {
     int32_t integrator; /* limax_integrator */
     int32_t precision;  /* limax_precision */
     int32_t sharing;    /* limax_sharing */
-    int32_t record[8]; /* samples per second of each limax_trace_kind, 0 for none, at most 100000 */
+    int32_t record[10]; /* samples per second of each limax_trace_kind, 0 for none, at most 100000 */
     int32_t bound;     /* limax_bound; used when time_step is 0 */
     double duration;   /* s from t = 0, when actuation starts, to the end; up to 1e6 */
     double settle;     /* s before t = 0, without actuation */
@@ -428,7 +459,8 @@ typedef enum limax_divergence {
     LIMAX_NOT_DIVERGED = 0,
     LIMAX_NONFINITE = 1,
     LIMAX_SPEED = 2,  /* a mass above max_speed */
-    LIMAX_STRETCH = 3 /* a spring longer than max_stretch times L0 */
+    LIMAX_STRETCH = 3, /* a spring longer than max_stretch times L0 */
+    LIMAX_CONTROL = 4  /* the controller gave a value that is not finite */
 } limax_divergence;
 
 typedef struct limax_outcome {

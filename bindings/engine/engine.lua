@@ -30,6 +30,7 @@ return {
   encoding = encoding.encoding,
   population = population.population,
   effects = scene.effects,
+  sensors = scene.sensors,
   scene = scene.scene,
   simulation = simulation.simulation,
   advance_together = simulation.advance_together,

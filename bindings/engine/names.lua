@@ -28,26 +28,27 @@ names.precision = enumeration("", "single", "compensated", "double")
 names.sharing = enumeration("SHARING_", "mean", "sum")
 names.bound = enumeration("BOUND_", "springs", "voxels")
 names.robot_status = enumeration("ROBOT_", "skipped", "running", "done", "invalid", "diverged")
-names.divergence = enumeration("", "nonfinite", "speed", "stretch")
+names.divergence = enumeration("", "nonfinite", "speed", "stretch", "control")
 names.trace = enumeration("TRACE_", "center_of_mass", "position", "velocity", "contact", "energy",
-  "strain", "ledger", "block")
+  "strain", "ledger", "block", "activation", "sensor")
 
 --- Columns of each trace, along its last axis. The works of `ledger` are since t = 0; `block` is
---- the centre of the rigid block and the quaternion that turns its own axes into the world's.
+--- the centre of the rigid block and the quaternion that turns its own axes into the world's. Those
+--- of `activation` and `sensor` are voxels of the lattice.
 names.trace_columns = {
   center_of_mass = { "x", "y", "z" }, position = { "x", "y", "z" }, velocity = { "x", "y", "z" },
   contact = { "share of masses" }, energy = { "kinetic", "elastic", "gravitational",
     "muscle power" }, strain = { "mean", "most" },
   ledger = { "kinetic", "springs", "contact", "gravitational", "muscles", "damping",
     "contact_damping", "friction", "other" },
-  block = { "x", "y", "z", "qw", "qx", "qy", "qz" },
+  block = { "x", "y", "z", "qw", "qx", "qy", "qz" }, activation = {}, sensor = {},
 }
 
 --- Unit of each trace; "J, J, J, W" is one for each column.
 names.trace_unit = {
   center_of_mass = "m", position = "m", velocity = "m/s", contact = "1",
   energy = "J, J, J, W", strain = "1", ledger = "J",
-  block = "m, m, m, 1, 1, 1, 1",
+  block = "m, m, m, 1, 1, 1, 1", activation = "1", sensor = "1",
 }
 
 return names

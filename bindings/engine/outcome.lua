@@ -7,7 +7,7 @@ local outcome = {}
 
 ---@class limax.outcome
 ---@field status "skipped"|"running"|"done"|"invalid"|"diverged"
----@field reason string|nil "no voxel", "no muscle"; "nonfinite", "speed", "stretch"
+---@field reason string|nil "no voxel", "no muscle"; "nonfinite", "speed", "stretch", "control"
 ---@field step integer steps done since the start of settling
 ---@field steps integer steps in all
 ---@field time number s since t = 0, negative while settling

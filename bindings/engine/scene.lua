@@ -19,6 +19,8 @@ local methods = class.methods
 
 -- the effect that every scene has
 local ALWAYS = "springs"
+-- the one with a text and its parameters
+local CONTROLLED = "control"
 
 ---@class limax.effect
 ---@field name string
@@ -92,10 +94,20 @@ local function add(handle, effect, place, changes)
   if changes == true then changes = {} end
   local resolved = {}
   for _, field in ipairs(effect.fields) do resolved[field.name] = default_of(field) end
-  schema.known(changes, resolved, "scene: " .. place)
+  local has_text = effect.name == CONTROLLED
+  if has_text and changes.signal == nil then
+    fault.raise(("scene: %s needs a signal, the text of its controller, such as "):format(place)
+      .. 'signal = "a = clock_sine;"')
+  end
+  if not has_text then schema.known(changes, resolved, "scene: " .. place) end
   for _, field in ipairs(effect.fields) do
     local value = changes[field.name]
     if value ~= nil then resolved[field.name] = set(handle, effect.name, place, field, value) end
+  end
+  if has_text then
+    for name, value in pairs(scripted_effect.set_controller(handle, changes, resolved)) do
+      resolved[name] = value
+    end
   end
   return resolved
 end
@@ -174,4 +186,50 @@ function methods:table()
   return copied(self.resolved)
 end
 
-return { class = class, scene = scene, effects = effects }
+--- How many genes of control the scene's controller reads; 0 without one.
+function methods:control_genes()
+  local handle = object.handle("scene:control_genes", self, class)
+  local needs = ffi.new "limax_controller_needs"
+  abi.check(C.limax_scene_controller(handle, needs))
+  return needs.genes
+end
+
+--- The sensors that the scene's controller reads, in order: { "strain.x", "contact" }.
+---@return string[]
+function methods:inputs()
+  local handle, list = object.handle("scene:inputs", self, class), {}
+  local needs = ffi.new "limax_controller_needs"
+  abi.check(C.limax_scene_controller(handle, needs))
+  local at, component = ffi.new "int32_t[1]", ffi.new "int32_t[1]"
+  local info = ffi.new "limax_sensor_info"
+  for i = 1, needs.inputs do
+    abi.check(C.limax_scene_input(handle, i - 1, at, component))
+    abi.check(C.limax_sensor_describe(at[0], info))
+    local axis = info.components == 3 and "." .. ("xyz"):sub(component[0] + 1, component[0] + 1)
+    list[i] = ffi.string(info.name) .. (axis or "")
+  end
+  return list
+end
+
+---@class limax.sensor
+---@field name string
+---@field unit string
+---@field note string
+---@field components integer 1 or 3
+---@field measured boolean whether noise and delay apply
+---@field range number what a controller's value of 1 is, in `unit`
+
+--- The sensors that a controller may read.
+---@return limax.sensor[]
+local function sensors()
+  local list, info = {}, ffi.new "limax_sensor_info"
+  for i = 1, C.limax_sensor_count() do
+    abi.check(C.limax_sensor_describe(i - 1, info))
+    list[i] = { name = ffi.string(info.name), unit = ffi.string(info.unit),
+      note = ffi.string(info.note), components = info.components, measured = info.measured ~= 0,
+      range = info.range }
+  end
+  return list
+end
+
+return { class = class, scene = scene, effects = effects, sensors = sensors }

@@ -1,4 +1,5 @@
---- scripted_effect.lua: an effect that a script defines: `magnet = { force = "f = ...", strength =
+--- scripted_effect.lua: texts of a scene: the controller of its muscles, and effects that a script
+--- defines: `magnet = { force = "f = ...", strength =
 --- 0.2, bound = { stiffness = 20 } }`. `force` is the text of its law (language: engine/README.md),
 --- `bound` its contribution to the time step's bound; every other field is a parameter, a number or
 --- a list of three.
@@ -7,6 +8,7 @@ local ffi = require "ffi"
 local abi = require "limax.engine.abi"
 local fault = require "limax.engine.fault"
 local schema = require "limax.engine.schema"
+local suggest = require "limax.engine.suggest"
 
 local C = abi.C
 local scripted_effect = {}
@@ -44,12 +46,12 @@ local function place_of(text, line)
   return ""
 end
 
--- The parameters among the fields, in the order of their names.
-local function parameters_of(what, entry)
+-- The parameters among the fields, which are all but those in `fields`, in the order of their names.
+local function parameters_of(what, entry, fields)
   local names, resolved = {}, {}
   for _, name in ipairs(schema.known(entry, entry, what)) do
     local value, place = entry[name], what .. "." .. name
-    if name ~= "force" and name ~= "bound" then
+    if fields[name] == nil then
       names[#names + 1] = name
       if type(value) ~= "number" and type(value) ~= "table" then
         schema.refuse(place, "a number or a list of three", value)
@@ -61,20 +63,8 @@ local function parameters_of(what, entry)
   return names, resolved
 end
 
---- Adds a scripted effect to a scene, and returns it as in scene:table().
----@param handle ffi.cdata* limax_scene
-function scripted_effect.add(handle, name, entry)
-  local what = "scene: " .. name
-  if type(name) ~= "string" or not name:match "^[%a_][%w_]*$" then
-    schema.refuse("scene", "effects named by letters, digits and _", name)
-  end
-  local text = schema.demand(schema.string, entry.force, what .. ".force")
-  if text:find("\0", 1, true) then
-    fault.raise(what .. ".force: a text cannot hold a byte 0")
-  end
-  local bound = entry.bound
-  if bound ~= nil then bound = schema.demand(bound_rule, bound, what .. ".bound") end
-  local names, resolved = parameters_of(what, entry)
+-- The same as the engine takes them, and how many.
+local function list_of(names, resolved)
   local list = ffi.new("limax_script_parameter[?]", math.max(1, #names))
   for i, parameter in ipairs(names) do
     local value, slot = resolved[parameter], list[i - 1]
@@ -83,14 +73,60 @@ function scripted_effect.add(handle, name, entry)
     slot.components = #components
     for c = 1, #components do slot.value[c - 1] = components[c] end
   end
-  local limits = bound and ffi.new("double[2]", bound.stiffness, bound.damping)
-  local status = C.limax_scene_add_script(handle, name, text, list, #names, limits)
+  return list, #names
+end
+
+local function text_of(value, what)
+  local text = schema.demand(schema.string, value, what)
+  if text:find("\0", 1, true) then fault.raise(what .. ": a text cannot hold a byte 0") end
+  return text
+end
+
+-- Raises the engine's error about a text, with the line in the user's file.
+local function check(status, text)
   if status == C.LIMAX_INVALID_ARGUMENT then
     local message = ffi.string(C.limax_error_text())
     local line = tonumber(message:match "^[^,]*, line (%d+): ")
     fault.raise(message .. (line and place_of(text, line) or ""))
   end
   abi.check(status)
+end
+
+--- Sets the controller of a scene: the text `signal` of its effect `control`, whose fields are in
+--- `fields`. Every other field is a parameter that the text names. Returns text and parameters.
+---@param handle ffi.cdata* limax_scene
+---@param fields table<string, any>
+function scripted_effect.set_controller(handle, entry, fields)
+  local what, known = "scene: control", { signal = true }
+  local text = text_of(entry.signal, what .. ".signal")
+  for name in pairs(fields) do known[name] = true end
+  local allowed = {}
+  for name in pairs(known) do allowed[name] = true end
+  for word in text:gmatch "[%a_][%w_]*" do allowed[word] = true end
+  schema.known(entry, allowed, what, function(name)
+    return suggest.ending(name, schema.names(known, what)) .. "; the signal names no such parameter"
+  end)
+  local names, resolved = parameters_of(what, entry, known)
+  local list, count = list_of(names, resolved)
+  check(C.limax_scene_set_controller(handle, text, list, count), text)
+  resolved.signal = text
+  return resolved
+end
+
+--- Adds a scripted effect to a scene, and returns it as in scene:table().
+---@param handle ffi.cdata* limax_scene
+function scripted_effect.add(handle, name, entry)
+  local what = "scene: " .. name
+  if type(name) ~= "string" or not name:match "^[%a_][%w_]*$" then
+    schema.refuse("scene", "effects named by letters, digits and _", name)
+  end
+  local text = text_of(entry.force, what .. ".force")
+  local bound = entry.bound
+  if bound ~= nil then bound = schema.demand(bound_rule, bound, what .. ".bound") end
+  local names, resolved = parameters_of(what, entry, { force = true, bound = true })
+  local list, count = list_of(names, resolved)
+  local limits = bound and ffi.new("double[2]", bound.stiffness, bound.damping)
+  check(C.limax_scene_add_script(handle, name, text, list, count, limits), text)
   resolved.force, resolved.bound = text, bound
   return resolved
 end

@@ -89,7 +89,7 @@ local function simulation(robots, table_of_materials, in_scene, options, on, mas
   return object.make(class, what, function(out)
     return C.limax_simulation_create(population_handle, materials_handle, scene_handle, o, bytes,
       target, out)
-  end, { count = robots.count, record = recorded, masses = masses })
+  end, { count = robots.count, record = recorded, masses = masses, inputs = in_scene:inputs() })
 end
 
 ---@class limax.overlap
@@ -218,7 +218,9 @@ end
 
 --- A recorded trace of robot i, as far as it goes: "center_of_mass" [sample][3], "position" and
 --- "velocity" [sample][mass][3], "contact" [sample][1], "energy" [sample][4], "strain" [sample][2],
---- "ledger" [sample][9], "block" [sample][7]; with .rate, .unit, .samples, .columns.
+--- "ledger" [sample][9], "block" [sample][7], "activation" [sample][voxel], "sensor"
+--- [sample][input][voxel]; with .rate, .unit, .samples, .columns, and .inputs, the names of what the
+--- controller reads.
 ---@param i integer
 ---@param kind string
 ---@return limax.view
@@ -233,11 +235,13 @@ function methods:trace(i, kind)
   local samples, width = ffi.new "int64_t[1]", ffi.new "int64_t[1]"
   abi.check(C.limax_simulation_trace(handle, robot, value, data, samples, width), what)
   local count, columns = tonumber(samples[0]), tonumber(width[0])
-  local per_mass = kind == "position" or kind == "velocity"
-  return view.new(self, kind, "double", data[0],
-    per_mass and { count, columns / 3, 3 } or { count, columns },
+  local shape = { count, columns }
+  if kind == "position" or kind == "velocity" then shape = { count, columns / 3, 3 } end
+  local inputs = kind == "sensor" and { unpack(self.inputs) } or nil
+  if inputs then shape = { count, #inputs, columns / math.max(1, #inputs) } end
+  return view.new(self, kind, "double", data[0], shape,
     { fields = { rate = self.record[kind], unit = names.trace_unit[kind], samples = count,
-      columns = { unpack(names.trace_columns[kind]) } } })
+      columns = { unpack(names.trace_columns[kind]) }, inputs = inputs } })
 end
 
 --- Site of each mass of robot i as the engine counts them, from 0: x + (nx + 1) (y + (ny + 1) z).

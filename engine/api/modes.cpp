@@ -82,7 +82,7 @@ limax_status limax_script_slopes(limax_population* population, int32_t robot,
                      0};
             for (int32_t i = 0; i < body.masses; ++i) {
                 const double *x = positions + 3 * i, *v = velocities + 3 * i;
-                const double in[limax::scripted::inputs] = {
+                const double in[limax::scripted::force_inputs] = {
                     x[0], x[1], x[2], v[0], v[1], v[2], body.mass[body.sites[i]], time};
                 const auto most =
                     limax::scripted::steepness(script.law, in, share_of_edge * options->edge);

@@ -6,6 +6,7 @@
 
 #include "api/api.h"
 #include "base/fields.h"
+#include "physics/sensors.h"
 
 namespace {
 
@@ -31,6 +32,19 @@ constexpr option_group option_groups[] = {
     {"genome", limax::genome_fields},
     {"breeding", limax::breeding_fields},
 };
+
+std::vector<limax::scripted::parameter> parameters_of(const limax_script_parameter* parameters,
+                                                      int32_t count) {
+    limax::require_range("count", count, 0, limax::scripted::most_registers, "");
+    if (count > 0) require("parameters", parameters);
+    std::vector<limax::scripted::parameter> values;
+    for (int32_t i = 0; i < count; ++i) {
+        require("a parameter's name", parameters[i].name);
+        values.push_back({parameters[i].name, parameters[i].components, {}});
+        std::copy(parameters[i].value, parameters[i].value + 3, values.back().value);
+    }
+    return values;
+}
 
 }  // namespace
 
@@ -105,15 +119,47 @@ limax_status limax_scene_add_script(limax_scene* scene, const char* name, const 
                                     const double* bound) {
     return change(scene, "scene", [&] {
         require("name, text", name, text);
-        limax::require_range("count", count, 0, limax::scripted::most_registers, "");
-        if (count > 0) require("parameters", parameters);
-        std::vector<limax::scripted::parameter> values;
-        for (int32_t i = 0; i < count; ++i) {
-            require("a parameter's name", parameters[i].name);
-            values.push_back({parameters[i].name, parameters[i].components, {}});
-            std::copy(parameters[i].value, parameters[i].value + 3, values.back().value);
-        }
-        scene->it.add_script(name, text, values, bound);
+        scene->it.add_script(name, text, parameters_of(parameters, count), bound);
+    });
+}
+limax_status limax_scene_set_controller(limax_scene* scene, const char* text,
+                                        const limax_script_parameter* parameters, int32_t count) {
+    return change(scene, "scene", [&] {
+        require("text", text);
+        scene->it.set_controller(text, parameters_of(parameters, count));
+    });
+}
+limax_status limax_scene_controller(const limax_scene* scene, limax_controller_needs* out) {
+    return read(scene, "scene", [&] {
+        require("out", out);
+        const limax::scripted::program& law = scene->it.controller();
+        *out = {law.genes, law.states, law.messages, limax::sensors::count_bits(law.sensors)};
+    });
+}
+int32_t limax_sensor_count(void) { return limax::sensors::sensor_count; }
+limax_status limax_sensor_describe(int32_t sensor, limax_sensor_info* out) {
+    return guard([&] {
+        require("out", out);
+        limax::require_range("sensor", sensor, 0, limax::sensors::sensor_count - 1, "");
+        const limax::sensors::sensor& each = limax::sensors::list[sensor];
+        *out = {each.name,       each.unit, each.note,
+                each.components, each.from != limax::sensors::source::computed, each.range};
+    });
+}
+limax_status limax_scene_input(const limax_scene* scene, int32_t input, int32_t* sensor,
+                               int32_t* component) {
+    return read(scene, "scene", [&] {
+        require("sensor, component", sensor, component);
+        const uint64_t used = scene->it.controller().sensors;
+        int32_t at = 0;
+        for (int32_t s = 0; s < limax::sensors::sensor_count; ++s)
+            for (int32_t c = 0; c < limax::sensors::list[s].components; ++c, ++at)
+                if ((used >> at & 1) && input-- == 0) {
+                    *sensor = s;
+                    *component = c;
+                    return;
+                }
+        fail(LIMAX_INVALID_ARGUMENT, "the controller has no such input");
     });
 }
 limax_status limax_scene_check(const limax_scene* scene) {

@@ -111,6 +111,10 @@ limax::simulation_setup limax::api::make_setup(const limax::population& populati
         std::copy_n(population.weights(), 3 * voxels, setup.weights.begin());
         check_bodies(setup, materials);
     }
+    if (scene.controller().genes > setup.control_genes)
+        fail(LIMAX_INVALID_ARGUMENT,
+             format("scene.control reads %d genes of control; the robots have %d",
+                    scene.controller().genes, setup.control_genes));
     // a fixed step is refused here rather than by the first robot that is prepared, and so are
     // traces that would not fit; the number of samples does not depend on the step
     const limax::schedule plan = limax::make_schedule(options, scene, setup.grid, 1.0);
@@ -118,7 +122,9 @@ limax::simulation_setup limax::api::make_setup(const limax::population& populati
     for (int32_t i = 0; i < setup.count; ++i)
         for (int32_t kind = 0; setup.mask[i] && kind < LIMAX_TRACE_KINDS; ++kind)
             traces += double(plan.samples[kind]) *
-                      double(limax::trace_width(kind, setup.bodies[i].masses)) * sizeof(double);
+                      double(limax::trace_width(kind, setup.bodies[i].masses, setup.grid.voxels(),
+                                                 scene)) *
+                      sizeof(double);
     limax::require_memory("record: the traces of this population", traces);
     return setup;
 }

@@ -137,7 +137,8 @@ void check_options(const limax_simulation_options& options, const scene& scene) 
         check("velocity", options.velocity[axis], format("velocity %s", axes[axis]).c_str());
     }
     static const char* const kinds[LIMAX_TRACE_KINDS] = {
-        "center_of_mass", "position", "velocity", "contact", "energy", "strain", "ledger", "block"};
+        "center_of_mass", "position", "velocity", "contact", "energy", "strain", "ledger", "block",
+        "activation", "sensor"};
     for (int kind = 0; kind < LIMAX_TRACE_KINDS; ++kind)
         check("record", options.record[kind], format("record.%s", kinds[kind]).c_str());
     if (options.record[LIMAX_TRACE_CONTACT] && !(scene.mask() & effects::contact_bits))
@@ -148,6 +149,17 @@ void check_options(const limax_simulation_options& options, const scene& scene) 
         fail(LIMAX_INVALID_ARGUMENT,
              "record.block needs the effect 'block', which the scene does not name");
     scene.check();
+    const bool controlled = scene.has(effects::index_of<effects::control>);
+    for (const int kind : {LIMAX_TRACE_ACTIVATION, LIMAX_TRACE_SENSOR})
+        if (options.record[kind] && !controlled)
+            fail(LIMAX_INVALID_ARGUMENT,
+                 format("record.%s needs the effect 'control', which the scene does not name",
+                        kinds[kind]));
+    if (options.record[LIMAX_TRACE_LEDGER] && controlled &&
+        scene.values(effects::index_of<effects::control>)[effects::control::at_hold] != 0)
+        fail(LIMAX_INVALID_ARGUMENT,
+             "record.ledger: the energy ledger does not support scene.control.hold, whose rest "
+             "lengths jump");
     for (const scripted_effect& script : scene.scripts()) {
         if (options.time_step == 0 && !script.bounded)
             fail(LIMAX_INVALID_ARGUMENT,

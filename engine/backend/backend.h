@@ -31,7 +31,17 @@ struct simulation_setup {
     mutable array<uint8_t> voxels;   // [robot][voxel]; these two are empty until fetch_bodies()
     mutable array<float> weights;    // [robot][3][voxel]      where bodies are on a device
     std::vector<limax_body> bodies;  // [robot]
+    std::vector<float> control;      // genes of control, [robot][control_genes]
+    int control_genes = 0;
     std::vector<uint8_t> mask;       // robots to simulate, [robot]
+
+    // Largest relative change of rest length of a muscle.
+    double amplitude() const {
+        double most = 0;
+        for (const limax_material& each : materials)
+            if (each.kind >= LIMAX_EXPANDING && each.amplitude > most) most = each.amplitude;
+        return most;
+    }
 
     // Makes sure that the host has voxels and weights. From any thread.
     void fetch_bodies() const {

@@ -18,7 +18,8 @@ enum class random_stream : uint32_t {
     selection = 4,
     supervision = 5,
     user = 6,
-    variation = 7
+    variation = 7,
+    sensors = 8
 };
 
 // Everything but the draw. The fields use every bit of Philox's key and counter:

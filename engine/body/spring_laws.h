@@ -27,6 +27,7 @@ struct voxel_body {
     const material_law* materials;  // [material]
     double edge;                    // h, m
     bool summed;                    // a spring's stiffness is the sum over its owners, not the mean
+    bool controlled;                // A is L0 over the number of owners (drive.h), B 0
 };
 
 // The share of one voxel in each of its springs.
@@ -100,7 +101,8 @@ LIMAX_LAW spring_parameters spring_between(const voxel_body& body, int x, int y,
     const double rest = rest_length(body.edge, d);
     return {true, float(stiffness),
             float(2.0 * (sum.damping_ratio / owners) * square_root(stiffness * reduced_mass)),
-            float(rest * (sum.sine / owners)), float(rest * (sum.cosine / owners))};
+            body.controlled ? float(rest / owners) : float(rest * (sum.sine / owners)),
+            body.controlled ? 0.0f : float(rest * (sum.cosine / owners))};
 }
 
 }  // namespace limax

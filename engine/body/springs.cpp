@@ -90,7 +90,8 @@ spring_body::spring_body(const body_description& description)
                           description.weights,
                           materials.data(),
                           description.edge,
-                          description.sharing == LIMAX_SHARING_SUM};
+                          description.sharing == LIMAX_SHARING_SUM,
+                          description.controlled};
     array<voxel_share> shares(grid.voxels());
     for (int64_t voxel = 0; voxel < grid.voxels(); ++voxel)
         if (voxels[voxel] != 0) shares[voxel] = share_of(body, voxel);

@@ -32,6 +32,7 @@ struct body_description {
     bool with_damping;                // whether the scene needs each spring's damping
     bool with_actuation;              // its sine and cosine
     bool with_faces = false;          // the exposed faces
+    bool controlled = false;          // as in voxel_body
 };
 
 // Masses and springs by lattice rule. Site columns have `count` = padded(sites) elements; springs

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "base/error.h"
+#include "physics/sensors.h"
 
 namespace limax {
 
@@ -188,7 +189,29 @@ effects::stiffness_damping scene::script_bound() const {
     return sum;
 }
 
+void scene::set_controller(const std::string& text,
+                           const std::vector<scripted::parameter>& parameters) {
+    if (!has(effects::index_of<effects::control>))
+        fail(LIMAX_INVALID_ARGUMENT, "scene.control.signal is set, but the scene has no control");
+    controller_ = scripted::compile_controller("scene.control.signal", text, parameters);
+}
+
 void scene::check() const {
+    if (has(effects::index_of<effects::control>)) {
+        if (has(effects::index_of<effects::actuation>))
+            fail(LIMAX_INVALID_ARGUMENT,
+                 "scene: control takes the place of actuation; name one of them");
+        if (controller_.results.empty())
+            fail(LIMAX_INVALID_ARGUMENT, "scene.control has no signal, the text of the controller");
+        if (sensors::reads(controller_.sensors, sensors::target, sensors::block) &&
+            !has(effects::index_of<effects::target>))
+            fail(LIMAX_INVALID_ARGUMENT,
+                 "scene.control.signal reads the target, but the scene has no target");
+        if (sensors::reads(controller_.sensors, sensors::block, sensors::ahead) &&
+            !has(effects::index_of<effects::block>))
+            fail(LIMAX_INVALID_ARGUMENT,
+                 "scene.control.signal reads the block, but the scene has no block");
+    }
     effects::for_each([&]<class E>(E) {
         constexpr int index = effects::index_of<E>;
         if constexpr (requires { E::problem(instances_[index][0].data()); })

@@ -53,6 +53,9 @@ public:
     // gives a mass, N/m and N s/m; null where the script does not state it.
     void add_script(const std::string& name, const std::string& text,
                     const std::vector<scripted::parameter>& parameters, const double* bound);
+    // Sets the text of the effect `control`.
+    void set_controller(const std::string& text,
+                        const std::vector<scripted::parameter>& parameters);
     // Refuses a scene in which an effect has none of those that it needs, or values that do not go
     // together.
     void check() const;
@@ -77,6 +80,9 @@ public:
     // The sum of their bounds for a mass.
     effects::stiffness_damping script_bound() const;
 
+    // Empty in a scene without control.
+    const scripted::program& controller() const { return controller_; }
+
     // The heights of the terrain; flat if none were set. The scene owns them.
     effects::height_table heights() const { return {heights_.data(), heights_nx_, heights_ny_}; }
 
@@ -88,6 +94,7 @@ private:
     std::vector<float> heights_ = {0, 0, 0, 0};                // m, [x][y]
     int heights_nx_ = 2, heights_ny_ = 2;
     std::vector<scripted_effect> scripts_;
+    scripted::program controller_;
 };
 
 }  // namespace limax

@@ -9,6 +9,7 @@
 #include "physics/held.h"
 #include "physics/ledger.h"
 #include "physics/origin.h"
+#include "physics/sensors.h"
 
 namespace limax {
 
@@ -139,14 +140,19 @@ double accuracy_cap(const limax_simulation_options& options, const scene& scene,
 }
 
 schedule make_schedule(const limax_simulation_options& options, const scene& scene,
-                       const lattice& grid, double bound) {
+                       const lattice& grid, double bound, double amplitude) {
+    using effects::control;
     int64_t rate = 1;
+    const double* controller =
+        scene.has(effects::index_of<control>) ? scene.values(effects::index_of<control>) : nullptr;
+    const auto ticks = controller ? int64_t(controller[control::at_rate]) : 0;  // Hz
+    if (ticks) rate = ticks;
     for (const int32_t hertz : options.record)
         // at most 10^6 times 10^5 at each turn: no overflow
         if (hertz > 0 && rate <= most_rate) rate = std::lcm(rate, int64_t(hertz));
     if (rate > most_rate)
         fail(LIMAX_INVALID_ARGUMENT,
-             format("record: the least common multiple of the rates is "
+             format("record, control: the least common multiple of the rates is "
                     "%lld Hz or more; it must be at most %lld Hz",
                     static_cast<long long>(rate), static_cast<long long>(most_rate)));
     if (rate < least_rate) rate *= (least_rate + rate - 1) / rate;
@@ -157,6 +163,12 @@ schedule make_schedule(const limax_simulation_options& options, const scene& sce
         wanted = options.bound_fraction * bound;
         if (options.time_step_most > 0) wanted = std::min(wanted, options.time_step_most);
         wanted = std::min({wanted, accuracy_cap(options, scene, grid), base});
+        if (ticks && controller[control::at_hold] == 0) {
+            // of space diagonals
+            const double fastest = std::sqrt(3.0) * amplitude * controller[control::at_change] *
+                                   double(ticks);
+            wanted = std::min(wanted, coarse_share / fastest);
+        }
     }
     const double ratio = base / wanted;
     int64_t per_base = static_cast<int64_t>(std::ceil(ratio * (1.0 - rounding)));
@@ -171,6 +183,7 @@ schedule make_schedule(const limax_simulation_options& options, const scene& sce
     }
 
     schedule plan;
+    if (ticks) plan.tick = rate / ticks * per_base;
     plan.time_step = base / double(per_base);
     // samples begin at t = 0: settling takes whole steps, the duration whole samples
     const auto whole = [](double count) { return std::ceil(count * (1.0 - rounding)); };
@@ -190,7 +203,7 @@ schedule make_schedule(const limax_simulation_options& options, const scene& sce
     return plan;
 }
 
-int64_t trace_width(int32_t kind, int64_t masses) {
+int64_t trace_width(int32_t kind, int64_t masses, int64_t voxels, const scene& scene) {
     switch (kind) {
         case LIMAX_TRACE_CENTER_OF_MASS: return 3;
         case LIMAX_TRACE_POSITION:
@@ -199,6 +212,9 @@ int64_t trace_width(int32_t kind, int64_t masses) {
         case LIMAX_TRACE_ENERGY: return 4;
         case LIMAX_TRACE_LEDGER: return ledger_width;
         case LIMAX_TRACE_BLOCK: return 7;
+        case LIMAX_TRACE_ACTIVATION: return voxels;
+        case LIMAX_TRACE_SENSOR:
+            return voxels * sensors::count_bits(scene.controller().sensors);
         default: return 2;
     }
 }

@@ -19,12 +19,13 @@ struct schedule {
     double time_step = 0;                     // s
     int64_t settle_steps = 0;                 // before t = 0
     int64_t steps = 0;                        // in all
+    int64_t tick = 0;                         // steps between ticks of control; 0 without it
     int64_t every[LIMAX_TRACE_KINDS] = {};    // steps between samples; 0 where nothing is recorded
     int64_t samples[LIMAX_TRACE_KINDS] = {};  // from t = 0 to the end, both included
 };
 
 // Values per sample of a trace kind.
-int64_t trace_width(int32_t kind, int64_t masses);
+int64_t trace_width(int32_t kind, int64_t masses, int64_t voxels, const scene& scene);
 
 // The longest step that is not coarse (origin.h) at the speed that a body starts with or has when
 // it first reaches what is below it: 0.1 h / sqrt(|v|^2 + 2 |g| H). H is the distance along gravity
@@ -36,8 +37,9 @@ double accuracy_cap(const limax_simulation_options& options, const scene& scene,
                     const lattice& grid);
 
 // Refuses a fixed step that does not divide the base, naming the nearest that does. `bound` is the
-// body's own; it and the cap above count where the step is left to the engine.
+// body's own; it and the cap above count where the step is left to the engine. `amplitude` is the
+// largest of a muscle: no rest length changes by more than a tenth of an edge in a step.
 schedule make_schedule(const limax_simulation_options& options, const scene& scene,
-                       const lattice& grid, double bound);
+                       const lattice& grid, double bound, double amplitude = 0);
 
 }  // namespace limax

@@ -48,7 +48,7 @@ LIMAX_LAW corner_sums<R> sums_of(const spring_arrays<R>& robot, int corner) {
 
 // Fills the sums at `slot` of the cells from `cell` on: of their low faces only if `springs` is
 // face_springs.
-template <class R, bool damped, bool actuated, int springs>
+template <class R, bool damped, drive driven, int springs>
 LIMAX_LAW void pull_cells(const spring_arrays<R>& robot, const corner_offsets& corners,
                           const actuation::moment<lanes<R>>& moment, int64_t cell, int64_t slot) {
     using V = lanes<R>;
@@ -72,10 +72,12 @@ LIMAX_LAW void pull_cells(const spring_arrays<R>& robot, const corner_offsets& c
         if (first_of_owners(i)) {
             spring.stiffness = row(owners);
             spring.rest = V(robot.rest[d]);
-            if constexpr (actuated) {
+            if constexpr (driven != no_drive) {
                 spring.sine = row(sine_row(damped) + owners);
                 spring.cosine = row(cosine_row(damped) + owners);
-                spring.rest = actuation::rest(moment, spring);
+                spring.rest = driven == sine_drive ? actuation::rest(moment, spring)
+                                                   : control::rest_in<sizeof(R) == sizeof(float)>(
+                                                         moment, spring);
             }
         }
         const auto& from = position[near];
@@ -119,7 +121,7 @@ LIMAX_LAW void gather(const spring_arrays<R>& robot, const corner_offsets& corne
 
 // Sums are kept in a ring as long as they are needed; its first vector is also behind its end, so
 // that a vector may begin anywhere.
-template <class R, bool damped, bool actuated>
+template <class R, bool damped, drive driven>
 LIMAX_FEW_POINTERS void pair(const spring_arrays<R>& shared, const actuation::moment<R>& now) {
     constexpr int width = lanes<R>::count;
     const spring_arrays<R> robot = shared;
@@ -134,9 +136,9 @@ LIMAX_FEW_POINTERS void pair(const spring_arrays<R>& shared, const actuation::mo
     int64_t slot = 0, last_slot = 0;
     for (int64_t cell = 0; cell < robot.count; cell += width) {
         if (cell < cubes)
-            pull_cells<R, damped, actuated, direction_count>(robot, corners, moment, cell, slot);
+            pull_cells<R, damped, driven, direction_count>(robot, corners, moment, cell, slot);
         else
-            pull_cells<R, damped, actuated, face_springs>(robot, corners, moment, cell, slot);
+            pull_cells<R, damped, driven, face_springs>(robot, corners, moment, cell, slot);
         if (slot == 0)
             for (int corner = 1; corner < cell_corners; ++corner)
                 store(sums_of(robot, corner).of, window, load(sums_of(robot, corner).of, 0));

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <utility>
+#include <vector>
 
 #include "backend/cpu/passes.h"
+#include "physics/drive.h"
 
 namespace limax::cpu {
 
@@ -107,6 +109,35 @@ public:
         }
     }
 
+    // Lets the springs of a controlled body follow what their owners' gain times activation is at a
+    // tick and at the next one, [voxel], `steps` later. `scale` as in drive.h, by spring.
+    void follow_drive(const spring_body& body, const float* scale, const S* from, const S* to,
+                      S steps) {
+        // with empty voxels around the lattice
+        const lattice& grid = body.grid;
+        const int along_x = grid.nx + 3, along_y = grid.ny + 3, along_z = grid.nz + 3;
+        for (std::vector<S>* half : {&drive_[0], &drive_[1]})
+            half->assign(std::size_t(along_x) * along_y * along_z, S(0));
+        const auto padded_at = [&](int x, int y, int z) {
+            return x + 1 + along_x * (y + 1 + along_y * (z + 1));
+        };
+        for (int z = 0, v = 0; z < grid.nz; ++z)
+            for (int y = 0; y < grid.ny; ++y)
+                for (int x = 0; x < grid.nx; ++x, ++v) {
+                    drive_[0][std::size_t(padded_at(x, y, z))] = from[v];
+                    drive_[1][std::size_t(padded_at(x, y, z))] = to[v];
+                }
+        const bool damped = body.damping.size() != 0;
+        for (int number = 0, known = 0; number < direction_count; ++number) {
+            const cell_spring& spring = cell_springs[number];
+            if (known >> spring.owners & 1) continue;
+            known |= 1 << spring.owners;
+            follow_class(body, spring, scale, steps, along_x, along_y,
+                         cells_.data() + (sine_row(damped) + spring.owners) * site_block,
+                         cells_.data() + (cosine_row(damped) + spring.owners) * site_block);
+        }
+    }
+
     // Frees the memory that only springs need.
     void release_springs() { cells_ = array<float>(); }
 
@@ -133,9 +164,46 @@ private:
         springs.cell_rows = rows;
     }
 
+    // Fills the rows of one class of springs, at `at_tick` and `per_step` in each block of cells.
+    void follow_class(const spring_body& body, const cell_spring& spring, const float* scale,
+                      S steps, int along_x, int along_y, float* at_tick, float* per_step) {
+        const lattice& grid = body.grid;
+        const direction d = directions[spring.direction];
+        const int near[3] = {spring.near & 1, spring.near >> 1 & 1, spring.near >> 2};
+        // owners of the spring from the site 0, in ascending order
+        int owners[4], count = 0;
+        for (int z = d.z > 0 ? 0 : -1; z <= 0; ++z)
+            for (int y = d.y > 0 ? 0 : -1; y <= (d.y < 0 ? -1 : 0); ++y)
+                for (int x = d.x > 0 ? 0 : -1; x <= (d.x < 0 ? -1 : 0); ++x)
+                    owners[count++] = x + 1 + near[0] +
+                                      along_x * (y + 1 + near[1] + along_y * (z + 1 + near[2]));
+        const S rest = sizeof(S) == sizeof(float) ? springs.rest[spring.direction] : S(0);
+        const int64_t slot =
+            spring.direction * body.count + grid.site(near[0], near[1], near[2]);
+        const int64_t end = body.count - grid.site(near[0], near[1], near[2]);
+        int64_t cell = 0;
+        for (int z = 0; z <= grid.nz; ++z)
+            for (int y = 0; y <= grid.ny; ++y)
+                for (int x = 0; x <= grid.nx && cell < end; ++x, ++cell) {
+                    const int at = x + along_x * (y + along_y * z);
+                    S before = 0, after = 0;
+                    for (int k = 0; k < count; ++k) {
+                        before += drive_[0][std::size_t(at + owners[k])];
+                        after += drive_[1][std::size_t(at + owners[k])];
+                    }
+                    const drive_change<S> change =
+                        change_of(S(scale[slot + cell]), before, after, steps);
+                    const int64_t row =
+                        cell / site_block * springs.cell_rows * site_block + cell % site_block;
+                    at_tick[row] = float(rest + change.at_tick);
+                    per_step[row] = float(change.per_step);
+                }
+    }
+
     array<S> memory_;  // all columns of masses that are not the thread's
     S* inverse_mass_;  // within it
     array<float> cells_;
+    std::vector<S> drive_[2];  // of follow_drive
 };
 
 }  // namespace limax::cpu

@@ -15,6 +15,13 @@
 
 namespace limax::cpu {
 
+// What contacts push a mass with, N, and whether any touches it.
+template <class S>
+struct static_push {
+    S push;
+    bool touches;
+};
+
 // S and `compensated` as in robot_columns. What it is made from must outlive it.
 template <class S, bool compensated>
 class robot_forces {
@@ -23,7 +30,7 @@ public:
     robot_forces(const scene& in, const spring_body& body, const pass_table& passes,
                  robot_columns<S, compensated>& columns, double tick)
         : scene_(in), body_(body), passes_(passes), columns_(columns), tick_(tick) {
-        if (body.sine.size() != 0)
+        if (in.has(effects::index_of<effects::actuation>))
             clock_ = effects::actuation::make_clock(
                 in.values(effects::index_of<effects::actuation>), tick);
         effects::for_each([&]<class E>(E) {
@@ -56,19 +63,38 @@ public:
 
     // Muscles rest while the body settles, before tick 0.
     bool actuated(int64_t tick) const { return body_.sine.size() != 0 && tick >= 0; }
+    bool controlled() const { return scene_.has(effects::index_of<effects::control>); }
+    // From now on a controller's tick is at `tick`, with `per_step` ticks of the clock in a step.
+    void begin_drive(int64_t tick, int per_step) {
+        drive_tick_ = tick;
+        ticks_per_step_ = per_step;
+    }
+    // Steps since then.
+    double since_drive(int64_t tick) const {
+        return actuated(tick) ? double(tick - drive_tick_) / ticks_per_step_ : 0.0;
+    }
     template <class R>
     effects::actuation::moment<R> moment(int64_t tick) const {
         if (!actuated(tick)) return {R(0), R(0)};
+        if (controlled()) return {R(since_drive(tick)), R(0)};
         return effects::actuation::at<R>(clock_, tick, tick_);
     }
     // d moment / dt, 1/s.
     effects::actuation::moment<double> moment_rate(int64_t tick) const {
         if (!actuated(tick)) return {0, 0};
+        if (controlled()) return {0, 1 / (tick_ * ticks_per_step_)};
         return effects::actuation::rate_at(clock_, tick, tick_);
+    }
+    // The moment for measures, whose columns have the change of a rest length at the controller's
+    // tick and per step; else the same.
+    effects::actuation::moment<double> measured_moment(int64_t tick) const {
+        if (controlled()) return {1, since_drive(tick)};
+        return moment<double>(tick);
     }
 
     // The motion of the muscles around a tick, with steps of `step` ticks.
     muscle_motion muscles_around(int64_t tick, int step) const {
+        if (controlled()) return {measured_moment(tick), moment_rate(tick), moment_rate(tick)};
         const auto per_second = [&](int64_t from, int64_t to) {
             const auto before = moment<double>(from), after = moment<double>(to);
             return effects::actuation::moment<double>{
@@ -146,6 +172,29 @@ public:
         if (block_) block_->drift(dt, predicted, share);
     }
 
+    // The pushes of all contacts on the masses as they are, without damping, [site].
+    void static_pushes(std::vector<static_push<S>>& out) const {
+        const auto& position = columns_.masses.position;
+        for (static_push<S>& each : out) each = {S(0), false};
+        for (const active_effect& active : active_)
+            effects::for_each([&]<class E>(E) {
+                if constexpr (effects::is_contact<E>) {
+                    if (active.index != effects::index_of<E>) return;
+                    typename E::template params<S> params;
+                    std::memcpy(&params, active.params, sizeof params);
+                    for (int32_t i = 0; i < body_.masses; ++i) {
+                        const int32_t site = body_.sites[i];
+                        const S depth = E::surface(params, {position[0][site], position[1][site],
+                                                            position[2][site]})
+                                            .depth;
+                        if (!(depth > S(0))) continue;
+                        out[std::size_t(site)].push += params.stiffness * depth;
+                        out[std::size_t(site)].touches = true;
+                    }
+                }
+            });
+    }
+
     // Whether the mass at a site lies below the surface of any contact.
     bool touches(int32_t site) const {
         const auto& position = columns_.masses.position;
@@ -166,7 +215,7 @@ public:
 private:
     // The passes of a resting body are those of a scene without actuation.
     unsigned variant(int64_t tick) const {
-        const unsigned resting = actuated(tick) ? 0u : effects::bit<effects::actuation>;
+        const unsigned resting = actuated(tick) ? 0u : effects::muscle_bits;
         return pair_variant(scene_.mask() & ~resting);
     }
     void act_on_masses(const mass_arrays<S>& seen, int64_t tick) {
@@ -223,7 +272,7 @@ private:
                                               law.constants.data(),
                                               int(law.instructions.size()),
                                               int(law.constants.size()),
-                                              {law.force[0], law.force[1], law.force[2]},
+                                              {law.results[0], law.results[1], law.results[2]},
                                               registers.data(),
                                               double(tick) * tick_,
                                               {origin_[0], origin_[1], origin_[2]}});
@@ -243,6 +292,8 @@ private:
     double tick_;                   // s
     double origin_[3] = {0, 0, 0};  // the robot's own, m
     effects::actuation::clock clock_{};
+    int64_t drive_tick_ = 0;  // of a controller
+    int ticks_per_step_ = 1;
     std::vector<active_effect> active_;
     std::unique_ptr<self_contacts<S>> self_contacts_;  // null where no effect needs them
     rigid_block<S>* block_ = nullptr;

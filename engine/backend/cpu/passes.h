@@ -6,7 +6,7 @@
 #include "body/springs.h"
 #include "genome/network.h"
 #include "physics/effects/all.h"
-#include "physics/scripted/operations.h"
+#include "physics/scripted/program.h"
 
 namespace limax::cpu {
 
@@ -112,6 +112,16 @@ struct scripted_law {
     double time;       // s
     double origin[3];  // the robot's own, m
 };
+// A controller as its pass sees it: the program, and the registers of one block of voxels, whose
+// inputs are filled.
+template <class S>
+struct controller_law {
+    const scripted::program& program;
+    const float* genes;
+    S* registers;  // [register][scripted_block]
+};
+template <class S>
+using controller_pass = void (*)(const controller_law<S>&, int voxels);
 template <class S>
 using scripted_pass = void (*)(const mass_arrays<S>&, const scripted_law<S>&);
 template <class S>
@@ -137,14 +147,17 @@ using mass_limit_pass = limit_breaks (*)(const mass_arrays<S>&, S max_speed, S c
 template <class S>
 using spring_limit_pass = int32_t (*)(const spring_arrays<S>&, S max_stretch);
 
-// Pair passes are chosen by the effects that act on springs, counted in the order of effects::all,
-// springs left out.
-inline constexpr unsigned pair_variants = 4;
+// What moves the muscles.
+enum drive { no_drive, sine_drive, controlled_drive, drives };
+// Pair passes are chosen by damping and by what moves the muscles.
+inline constexpr unsigned pair_variants = 2 * drives;
 
 // Which pair pass serves a scene.
 constexpr unsigned pair_variant(unsigned scene_mask) {
-    return (scene_mask & effects::bit<effects::damping> ? 1u : 0u) |
-           (scene_mask & effects::bit<effects::actuation> ? 2u : 0u);
+    const drive driven = scene_mask & effects::bit<effects::control>     ? controlled_drive
+                         : scene_mask & effects::bit<effects::actuation> ? sine_drive
+                                                                         : no_drive;
+    return (scene_mask & effects::bit<effects::damping> ? 1u : 0u) + 2u * driven;
 }
 
 // The passes of one precision.
@@ -155,6 +168,7 @@ struct step_passes {
     slip_pass<S> slip[effects::all::count];  // null where the effect is no contact
     face_pass<S> face[effects::all::count];  // null where the effect has no such hook
     scripted_pass<S> scripted;
+    controller_pass<S> controller;
     kick_pass<S> kick[2];            // [compensated]
     drift_pass<S> drift[2][2];       // [compensated][predicted]
     stage_pass<S> stage[2][2];       // [compensated][first]

@@ -101,7 +101,7 @@ void scripted_force(const mass_arrays<R>& shared, const scripted_law<R>& law) {
     const mass_arrays<R> robot = shared;
     const auto at = [&](int index) { return law.registers + int64_t(index) * scripted_block; };
     for (int k = 0; k < law.constant_count; ++k)
-        for (int i = 0; i < scripted_block; ++i) at(scripted::inputs + k)[i] = R(law.constants[k]);
+        for (int i = 0; i < scripted_block; ++i) at(scripted::force_inputs + k)[i] = R(law.constants[k]);
     for (int i = 0; i < scripted_block; ++i) at(scripted::input_time)[i] = R(law.time);
     for (int64_t first = 0; first < robot.count; first += scripted_block) {
         const int count =
@@ -122,7 +122,7 @@ void scripted_force(const mass_arrays<R>& shared, const scripted_law<R>& law) {
         LIMAX_LOOP
         for (int i = 0; i < count; ++i) input_masses[i] = mass[i];
 
-        R* result = at(scripted::inputs + law.constant_count);
+        R* result = at(scripted::force_inputs + law.constant_count);
         for (int k = 0; k < law.instruction_count; ++k, result += scripted_block) {
             const scripted::instruction step = law.instructions[k];
             operations<R>.of[int(step.what)](count, at(step.a), at(step.b), at(step.c), result);
@@ -134,6 +134,58 @@ void scripted_force(const mass_arrays<R>& shared, const scripted_law<R>& law) {
             LIMAX_LOOP
             for (int i = 0; i < count; ++i) force[i] += mass[i] > R(0) ? by_law[i] : R(0);
         }
+    }
+}
+
+// One hidden unit of a layer after the other, for a block of voxels.
+template <class R>
+void evaluate_layer(const scripted::layer& own, const float* genes, int count, R* registers,
+                    R* result) {
+    const int inputs = int(own.inputs.size()), outputs = own.outputs;
+    const float* const c = genes + own.first + own.hidden * scripted::row_of_layer(inputs, outputs);
+    const float* const b = c + own.hidden;
+    R z[scripted_block];
+    for (int o = 0; o < outputs; ++o)
+        for (int i = 0; i < count; ++i) result[o * scripted_block + i] = R(b[o]);
+    for (int unit = 0; unit < own.hidden; ++unit) {
+        const float* const row = genes + own.first + unit * scripted::row_of_layer(inputs, outputs);
+        for (int i = 0; i < count; ++i) z[i] = R(c[unit]);
+        for (int k = 0; k < inputs; ++k) {
+            const R weight = R(row[k]);
+            const R* in = registers + int64_t(own.inputs[std::size_t(k)]) * scripted_block;
+            LIMAX_LOOP
+            for (int i = 0; i < count; ++i) z[i] = fma(weight, in[i], z[i]);
+        }
+        LIMAX_LOOP
+        for (int i = 0; i < count; ++i) z[i] = tangent_of_controller(z[i]);
+        for (int o = 0; o < outputs; ++o) {
+            const R weight = R(row[inputs + o]);
+            R* out = result + o * scripted_block;
+            LIMAX_LOOP
+            for (int i = 0; i < count; ++i) out[i] = fma(weight, z[i], out[i]);
+        }
+    }
+}
+
+template <class R>
+void controller(const controller_law<R>& law, int count) {
+    using scripted::operation;
+    const scripted::program& program = law.program;
+    const auto at = [&](int index) { return law.registers + int64_t(index) * scripted_block; };
+    R* result = at(program.inputs);
+    for (const double constant : program.constants) {
+        for (int i = 0; i < count; ++i) result[i] = R(constant);
+        result += scripted_block;
+    }
+    for (const scripted::instruction& step : program.instructions) {
+        if (step.what == operation::gene)
+            for (int i = 0; i < count; ++i) result[i] = R(law.genes[step.a]);
+        else if (step.what == operation::layer)
+            evaluate_layer(program.layers[std::size_t(step.a)], law.genes, count, law.registers,
+                           result);
+        else if (step.what != operation::of_layer)
+            operations<R>.of[int(step.what)](count, at(step.a), at(step.b), at(step.c), result);
+        result += scripted_block;
     }
 }
 
@@ -277,16 +329,19 @@ int32_t limit_springs(const spring_arrays<R>& robot, R max_stretch) {
 template <class R>
 constexpr step_passes<R> make_passes() {
     step_passes<R> passes{};
-    passes.pair[0] = pair<R, false, false>;
-    passes.pair[1] = pair<R, true, false>;
-    passes.pair[2] = pair<R, false, true>;
-    passes.pair[3] = pair<R, true, true>;
+    passes.pair[0] = pair<R, false, no_drive>;
+    passes.pair[1] = pair<R, true, no_drive>;
+    passes.pair[2] = pair<R, false, sine_drive>;
+    passes.pair[3] = pair<R, true, sine_drive>;
+    passes.pair[4] = pair<R, false, controlled_drive>;
+    passes.pair[5] = pair<R, true, controlled_drive>;
     for_each([&]<class E>(E) {
         if constexpr (pushes_masses<E>) passes.node[index_of<E>] = node<R, E>;
         if constexpr (is_contact<E>) passes.slip[index_of<E>] = slip<R, E>;
         if constexpr (E::hooks & hook_face) passes.face[index_of<E>] = face<R, E>;
     });
     passes.scripted = scripted_force<R>;
+    passes.controller = controller<R>;
     passes.kick[0] = kick<R, false>;
     passes.kick[1] = kick<R, true>;
     passes.drift[0][0] = drift<R, false, false>;

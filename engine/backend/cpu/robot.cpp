@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "backend/cpu/kick_drift.h"
+#include "backend/cpu/robot_control.h"
 #include "backend/cpu/robot_samples.h"
 #include "backend/cpu/robot_state.h"
 #include "backend/cpu/runge_kutta.h"
@@ -25,7 +26,8 @@ schedule planned(const simulation_setup& setup, const spring_body& body, limax_o
         time_step_bound(body, setup.scene, limax_integrator(setup.options.integrator),
                         limax_bound(setup.options.bound));
     const schedule plan =
-        make_schedule(setup.options, setup.scene, setup.grid, outcome.time_step_bound);
+        make_schedule(setup.options, setup.scene, setup.grid, outcome.time_step_bound,
+                      setup.amplitude());
     if (std::isinf(outcome.time_step_bound)) outcome.time_step_bound = NAN;
     outcome.status = LIMAX_ROBOT_RUNNING;
     outcome.steps = plan.steps;
@@ -41,8 +43,8 @@ schedule planned(const simulation_setup& setup, const spring_body& body, limax_o
 template <class S, bool compensated>
 class robot_run final : public robot {
 public:
-    robot_run(const simulation_setup& setup, spring_body body, const pass_table& passes,
-              limax_outcome& outcome)
+    robot_run(const simulation_setup& setup, int32_t index, spring_body body,
+              const pass_table& passes, limax_outcome& outcome)
         : options_(setup.options),
           passes_(passes),
           outcome_(outcome),
@@ -50,20 +52,28 @@ public:
           ticks_(options_.integrator == LIMAX_RK4 ? runge_kutta<S, compensated>::ticks_per_step
                                                   : 1),
           state_(setup, std::move(body), passes, plan_.time_step / ticks_),
-          stepper_(make_stepper()),
-          samples_(plan_, state_, *stepper_, ticks_) {}
+          stepper_(make_stepper()) {
+        if (plan_.tick) {
+            control_ = std::make_unique<robot_control<S, compensated>>(
+                setup, index, state_.body, passes, plan_, state_.columns, state_.forces);
+            control_->follow();
+        }
+        samples_ = std::make_unique<robot_samples<S, compensated>>(plan_, state_, *stepper_,
+                                                                   control_.get(), ticks_);
+    }
 
     bool advance(scratch& memory, deadline until, int64_t most) override;
     void place(const double* positions, const double* velocities) override;
     void state(scratch& memory, double* positions, double* velocities) override;
     bool block(double* out) const override;
     const int32_t* sites() const override { return state_.body.sites.data(); }
-    int64_t samples(int32_t kind) const override { return samples_.all().taken(kind); }
-    const double* trace(int32_t kind) const override { return samples_.all().data(kind); }
+    int64_t samples(int32_t kind) const override { return samples_->all().taken(kind); }
+    const double* trace(int32_t kind) const override { return samples_->all().data(kind); }
 
 private:
     std::unique_ptr<stepper<S>> make_stepper();
     void check_limits();
+    bool take_tick();
     void finish_step();
     void mark_centers();
     void mark_block();
@@ -78,7 +88,8 @@ private:
     const int ticks_;
     robot_state<S, compensated> state_;
     std::unique_ptr<stepper<S>> stepper_;
-    robot_samples<S, compensated> samples_;
+    std::unique_ptr<robot_control<S, compensated>> control_;  // null in a scene without it
+    std::unique_ptr<robot_samples<S, compensated>> samples_;
     int64_t step_ = 0;
     bool begun_ = false;
 };
@@ -110,6 +121,19 @@ void robot_run<S, compensated>::check_limits() {
     if (!nonfinite && !speed && !stretched) return;
     outcome_.status = LIMAX_ROBOT_DIVERGED;
     outcome_.reason = nonfinite ? LIMAX_NONFINITE : speed ? LIMAX_SPEED : LIMAX_STRETCH;
+}
+
+// Lets the controller act. Returns false, and ends the robot, if it gives a value that is not
+// finite.
+template <class S, bool compensated>
+bool robot_run<S, compensated>::take_tick() {
+    if (!control_->tick(step_, state_.origin, state_.block.get())) {
+        outcome_.status = LIMAX_ROBOT_DIVERGED;
+        outcome_.reason = LIMAX_CONTROL;
+        return false;
+    }
+    state_.forces.begin_drive(ticks_ * (step_ - plan_.settle_steps), ticks_);
+    return true;
 }
 
 template <class S, bool compensated>
@@ -163,9 +187,13 @@ bool robot_run<S, compensated>::advance(scratch& memory, deadline until, int64_t
             }
             if (due) state_.recenter();
             mark_centers();
+            if (control_ && control_->due(step_)) {
+                samples_->before_tick(step_);
+                if (!take_tick()) break;
+            }
             stepper_->begin(step_);
             begun_ = true;
-            samples_.take(step_);
+            samples_->take(step_);
             if (step_ == plan_.steps) {
                 outcome_.status = LIMAX_ROBOT_DONE;
                 if (state_.block) mark_block();
@@ -178,7 +206,7 @@ bool robot_run<S, compensated>::advance(scratch& memory, deadline until, int64_t
         if (step_ == stop) return false;
         finish_step();
     }
-    samples_.all().summarize(outcome_);
+    samples_->all().summarize(outcome_);
     // no more forces are needed: most of the memory can be freed
     state_.release_springs();
     stepper_->release();
@@ -216,28 +244,29 @@ bool robot_run<S, compensated>::block(double* out) const {
 std::unique_ptr<robot> make_robot(const simulation_setup& setup, int32_t index,
                                   const pass_table& passes, limax_outcome& outcome) {
     const int64_t voxels = setup.grid.voxels();
-    return make_robot(setup,
+    return make_robot(setup, index,
                       spring_body(body_description{
                           setup.grid, setup.voxels.data() + index * voxels,
                           setup.weights.data() + 3 * index * voxels, setup.materials.data(),
                           setup.options.edge, limax_sharing(setup.options.sharing),
                           setup.scene.has(effects::index_of<effects::damping>),
-                          setup.scene.has(effects::index_of<effects::actuation>),
-                          (setup.scene.mask() & effects::face_bits) != 0}),
+                          (setup.scene.mask() & effects::muscle_bits) != 0,
+                          (setup.scene.mask() & effects::face_bits) != 0,
+                          setup.scene.has(effects::index_of<effects::control>)}),
                       passes, outcome);
 }
 
-std::unique_ptr<robot> make_robot(const simulation_setup& setup, spring_body body,
+std::unique_ptr<robot> make_robot(const simulation_setup& setup, int32_t index, spring_body body,
                                   const pass_table& passes, limax_outcome& outcome) {
     switch (setup.options.precision) {
         case LIMAX_SINGLE:
-            return std::make_unique<robot_run<float, false>>(setup, std::move(body), passes,
+            return std::make_unique<robot_run<float, false>>(setup, index, std::move(body), passes,
                                                              outcome);
         case LIMAX_COMPENSATED:
-            return std::make_unique<robot_run<float, true>>(setup, std::move(body), passes,
+            return std::make_unique<robot_run<float, true>>(setup, index, std::move(body), passes,
                                                             outcome);
         default:
-            return std::make_unique<robot_run<double, false>>(setup, std::move(body), passes,
+            return std::make_unique<robot_run<double, false>>(setup, index, std::move(body), passes,
                                                               outcome);
     }
 }

@@ -36,7 +36,7 @@ public:
 std::unique_ptr<robot> make_robot(const simulation_setup& setup, int32_t index,
                                   const pass_table& passes, limax_outcome& outcome);
 // The same for explicit masses and springs.
-std::unique_ptr<robot> make_robot(const simulation_setup& setup, spring_body body,
+std::unique_ptr<robot> make_robot(const simulation_setup& setup, int32_t index, spring_body body,
                                   const pass_table& passes, limax_outcome& outcome);
 
 }  // namespace limax::cpu

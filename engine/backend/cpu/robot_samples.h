@@ -7,6 +7,7 @@
 #include <array>
 #include <memory>
 
+#include "backend/cpu/robot_control.h"
 #include "backend/cpu/robot_state.h"
 #include "backend/cpu/stepper.h"
 #include "backend/cpu/traces.h"
@@ -20,23 +21,42 @@ namespace limax::cpu {
 template <class S, bool compensated>
 class robot_samples {
 public:
-    // Muscles count `ticks` to a step.
+    // Muscles count `ticks` to a step. `control` is null without a controller.
     robot_samples(const schedule& plan, robot_state<S, compensated>& state, const stepper<S>& steps,
-                  int ticks)
+                  robot_control<S, compensated>* control, int ticks)
         : plan_(plan),
           state_(state),
           stepper_(steps),
+          control_(control),
           ticks_(ticks),
-          traces_(plan, state.body.masses) {
+          traces_(plan, state.body, state.setup.scene) {
         if (!plan.every[LIMAX_TRACE_LEDGER]) return;
         ledger_ = std::make_unique<work_ledger<S>>(state.body);
         state.forces.set_ledger(*ledger_);
+    }
+
+    // Before a tick of the controller: the muscles' power of the step that ends here.
+    void before_tick(int64_t step) {
+        if (!ledger_) return;
+        control_->show_measures();
+        const mass_arrays<S>& masses = state_.columns.masses;
+        powers now;
+        double ahead = 0;
+        add_spring_powers(state_.body, state_.setup.scene,
+                          moving_masses<S>{masses.position, masses.predicted, masses.predicted,
+                                           state_.origin},
+                          state_.forces.muscles_around(ticks_ * (step - plan_.settle_steps), ticks_),
+                          now, ahead);
+        ended_power_ = now.of[work_muscles];
+        tick_ = step;
     }
 
     // Records step n once it has begun; does nothing before t = 0.
     void take(int64_t step) {
         const int64_t since = step - plan_.settle_steps;
         if (since < 0) return;
+        if (control_ && (ledger_ || traces_.due(LIMAX_TRACE_ENERGY, since)))
+            control_->show_measures();
         if (ledger_) update_ledger(step);
         for (int kind = 0; kind < LIMAX_TRACE_KINDS; ++kind)
             if (traces_.due(kind, since)) record(kind, step);
@@ -71,6 +91,7 @@ private:
         double muscles_ahead = 0;
         add_spring_powers(state_.body, scene, seen,
                           state_.forces.muscles_around(ticks_ * since, ticks_), now, muscles_ahead);
+        if (step == tick_) now.of[work_muscles] = ended_power_;
         add_node_powers(state_.body, scene, seen, now);
         now.of[work_contact_damping] += state_.forces.power_of_pairs(velocity.data());
         if (state_.block) {
@@ -106,6 +127,8 @@ private:
                 std::copy_n(of_block, traces_.width(kind), out);
                 break;
             }
+            case LIMAX_TRACE_ACTIVATION: control_->write_activations(step, out); break;
+            case LIMAX_TRACE_SENSOR: control_->write_sensors(out); break;
             case LIMAX_TRACE_STRAIN: {
                 const strains strain = measure_strain<S>(state_.body, masses.position);
                 out[0] = strain.mean;
@@ -121,7 +144,7 @@ private:
         const int64_t tick = ticks_ * (step - plan_.settle_steps);
         return measure_energy<S>(state_.body, state_.setup.scene, state_.columns.masses.position,
                                  velocity.data(), state_.origin,
-                                 state_.forces.template moment<double>(tick),
+                                 state_.forces.measured_moment(tick),
                                  state_.forces.moment_rate(tick));
     }
 
@@ -156,7 +179,10 @@ private:
     const schedule& plan_;
     robot_state<S, compensated>& state_;
     const stepper<S>& stepper_;
+    robot_control<S, compensated>* const control_;
     const int ticks_;
+    double ended_power_ = 0;  // of the muscles at `tick_`, before the tick, W
+    int64_t tick_ = -1;
     traces traces_;
     std::unique_ptr<work_ledger<S>> ledger_;  // null unless recorded
 };

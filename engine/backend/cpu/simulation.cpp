@@ -110,7 +110,7 @@ void cpu_simulation::trace(int32_t index, int32_t kind, const double** data, int
     const robot* robot = robots_[index].get();
     *data = robot ? robot->trace(kind) : nullptr;
     *samples = robot ? robot->samples(kind) : 0;
-    *width = trace_width(kind, outcomes_[index].masses);
+    *width = trace_width(kind, outcomes_[index].masses, setup_.grid.voxels(), setup_.scene);
 }
 
 const int32_t* cpu_simulation::sites(int32_t index) const {

@@ -10,10 +10,11 @@ namespace limax::cpu {
 
 class traces {
 public:
-    traces(const schedule& plan, int64_t masses) : time_step_(plan.time_step) {
+    traces(const schedule& plan, const spring_body& body, const scene& scene)
+        : time_step_(plan.time_step) {
         for (int32_t kind = 0; kind < LIMAX_TRACE_KINDS; ++kind) {
             every_[kind] = plan.every[kind];
-            width_[kind] = trace_width(kind, masses);
+            width_[kind] = trace_width(kind, body.masses, body.grid.voxels(), scene);
             data_[kind] = array<double>(plan.samples[kind] * width_[kind]);
         }
     }

@@ -7,6 +7,7 @@
 #include "physics/effects/block.h"
 #include "physics/effects/boxes.h"
 #include "physics/effects/contact.h"
+#include "physics/effects/control.h"
 #include "physics/effects/damping.h"
 #include "physics/effects/drag.h"
 #include "physics/effects/effect.h"
@@ -28,7 +29,7 @@ struct list {
 };
 
 using all = list<springs, damping, actuation, gravity, ground, friction, wind, planes, spheres,
-                 boxes, anchors, terrain, drag, self_collision, block>;
+                 boxes, anchors, terrain, drag, self_collision, block, control, target>;
 
 // Place of an effect in the list: its bit in a scene.
 template <class E, class... L>
@@ -42,6 +43,9 @@ inline constexpr int index_of = index_in<E>(all{});
 
 template <class E>
 inline constexpr unsigned bit = 1u << index_of<E>;
+
+// Effects that move the muscles, of which a scene has one at most.
+inline constexpr unsigned muscle_bits = bit<actuation> | bit<control>;
 
 // Whether an effect has laws on masses, and so parameters for them.
 template <class E>
@@ -153,7 +157,7 @@ constexpr bool hooks_match() {
                                has_contact * hook_contact | has_slip * hook_slip |
                                has_hold * hook_hold | has_face * hook_face | has_meet * hook_meet |
                                has_solid * hook_solid;
-    return found == E::hooks && found != 0;
+    return found == E::hooks;
 }
 
 // A struct, so that the compiler's message names the effect.

@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "physics/scripted/program.h"
 #include "physics/scripted/tokens.h"
+#include "physics/sensors.h"
 
 namespace limax::scripted {
 
@@ -30,20 +31,54 @@ constexpr function functions[] = {
     {"sqrt", operation::root, 1},    {"sin", operation::sine, 1},
     {"cos", operation::cosine, 1},   {"exp", operation::exponential, 1},
     {"abs", operation::absolute, 1}, {"min", operation::smaller, 2},
-    {"max", operation::larger, 2},
+    {"max", operation::larger, 2},   {"tanh", operation::tangent, 1},
+    {"soft", operation::soft, 1},    {"clamp", operation::clamp, 3},
 };
+
+constexpr int operands_of(operation what) {
+    switch (what) {
+        case operation::negate:
+        case operation::root:
+        case operation::sine:
+        case operation::cosine:
+        case operation::exponential:
+        case operation::absolute:
+        case operation::inverted:
+        case operation::tangent:
+        case operation::soft: return 1;
+        case operation::choose:
+        case operation::clamp: return 3;
+        default: return 2;
+    }
+}
+
+// Arrays of a controller: genes, states, messages to the neighbours and from them.
+struct built_in_array {
+    const char* name;
+    int size;
+    bool writable;
+};
+constexpr built_in_array genes_array{"g", most_genes, false},
+    states_array{"s", most_states, true}, said_array{"say", most_messages, true},
+    heard_array{"heard", most_messages * sensors::neighbours, false};
+constexpr built_in_array built_in_arrays[] = {genes_array, states_array, said_array, heard_array};
+
+// The results of a text, by the name of the one that it must set: the force f, or the activation a.
+enum class kind { force, controller };
 
 class reader : private token_reader {
 public:
-    reader(const std::string& place, const std::string& text,
+    reader(kind of, const std::string& place, const std::string& text,
            const std::vector<parameter>& parameters);
     program read();
 
 private:
+    bool controls() const { return kind_ == kind::controller; }
+    const char* result() const { return controls() ? "a" : "f"; }
     void require_register() const {
-        if (program_.constants.size() + steps_.size() >= std::size_t(most_registers))
-            refuse_read(
-                format("this law takes more than %d numbers and operations", most_registers));
+        const int most = controls() ? most_registers_of_controller : most_registers;
+        if (program_.constants.size() + steps_.size() >= std::size_t(most))
+            refuse_read(format("this law takes more than %d numbers and operations", most));
     }
     int16_t constant(double number);
     int16_t emit(operation what, int16_t a, int16_t b = 0, int16_t c = 0);
@@ -66,6 +101,14 @@ private:
     }
 
     void statement();
+    void declare_array(const std::string& name);
+    const built_in_array* writable_array(const std::string& name) const;
+    void set_element(const built_in_array& array);
+    int index_below(int end, const std::string& of);
+    value element(const std::string& name);
+    std::vector<int16_t> layer_of(int outputs);
+    void add_inputs_of_controller();
+    void add_inputs(value v, std::vector<int16_t>& to);
     value expression() { return choice(); }
     value choice();
     value disjunction();
@@ -80,16 +123,18 @@ private:
     value call(const std::string& name);
     value dot(value a, value b);
 
+    const kind kind_;
     int depth_ = 0;
     program program_;
     // numbered as by constant()
     std::vector<instruction> steps_;
     std::map<std::string, value> names_;
+    std::map<std::string, std::vector<int16_t>> arrays_;  // of numbers, by their registers
     std::set<std::string> fixed_;  // names that no statement may change
     std::set<std::string> own_words_;
 };
 
-// While reading, constants are numbered below 0 and results from `inputs` on.
+// While reading, constants are numbered below 0 and results from the last input on.
 int16_t reader::constant(double number) {
     require_register();
     program_.constants.push_back(number);
@@ -99,19 +144,40 @@ int16_t reader::constant(double number) {
 int16_t reader::emit(operation what, int16_t a, int16_t b, int16_t c) {
     require_register();
     steps_.push_back({what, a, b, c});
-    return int16_t(inputs + int(steps_.size()) - 1);
+    return int16_t(program_.inputs + int(steps_.size()) - 1);
 }
 
-reader::reader(const std::string& place, const std::string& text,
+void reader::add_inputs_of_controller() {
+    int16_t at = 0;
+    for (const sensors::sensor& each : sensors::list) {
+        names_[each.name] = {each.components == 3, at, int16_t(at + 1), int16_t(at + 2)};
+        at = int16_t(at + each.components);
+    }
+    for (const auto& [array, first] : {std::pair{states_array, sensors::first_state},
+                                       std::pair{heard_array, sensors::first_heard}}) {
+        std::vector<int16_t>& held = arrays_[array.name];
+        for (int i = 0; i < array.size; ++i) held.push_back(int16_t(first + i));
+    }
+    for (const built_in_array& each : built_in_arrays) own_words_.insert(each.name);
+    own_words_.insert("perceptron");
+}
+
+reader::reader(kind of, const std::string& place, const std::string& text,
                const std::vector<parameter>& parameters)
-    : token_reader(place, text) {
-    names_ = {{"x", {true, input_position, input_position + 1, input_position + 2}},
-              {"v", {true, input_velocity, input_velocity + 1, input_velocity + 2}},
-              {"m", {false, input_mass}},
-              {"t", {false, input_time}}};
-    own_words_ = {"real", "f", "vec", "dot", "cross", "length"};
+    : token_reader(place, text), kind_(of) {
+    program_.inputs = controls() ? sensors::inputs : force_inputs;
+    own_words_ = {"real", result(), "vec", "dot", "cross", "length"};
     for (const function& each : functions) own_words_.insert(each.name);
     const int16_t zero = constant(0);
+    if (controls()) {
+        add_inputs_of_controller();
+        arrays_[said_array.name].assign(most_messages, zero);
+    } else {
+        names_ = {{"x", {true, input_position, input_position + 1, input_position + 2}},
+                  {"v", {true, input_velocity, input_velocity + 1, input_velocity + 2}},
+                  {"m", {false, input_mass}},
+                  {"t", {false, input_time}}};
+    }
     const auto refuse_input = [&](const std::string& problem) {
         fail(LIMAX_INVALID_ARGUMENT, place + ": " + problem);
     };
@@ -134,28 +200,57 @@ reader::reader(const std::string& place, const std::string& text,
         names_[input.name] = held;
     }
     for (const auto& [name, _] : names_) fixed_.insert(name);
-    names_["f"] = {true, zero, zero, zero};
+    names_[result()] = {!controls(), zero, zero, zero};
     advance();
 }
 
 program reader::read() {
-    bool sets_force = false;
+    bool sets_result = false;
     while (now_.kind != token::end) {
-        sets_force = sets_force || (now_.kind == token::word && now_.text == "f");
+        sets_result = sets_result || (now_.kind == token::word && now_.text == result());
         statement();
     }
-    if (!sets_force) refuse("the text never sets the force f");
-    const auto place_of = [&](int16_t at) -> int16_t {
-        if (at < 0) return int16_t(inputs - 1 - at);
-        return int16_t(at < inputs ? at : at + int(program_.constants.size()));
+    if (!sets_result)
+        refuse(format("the text never sets the %s %s", controls() ? "activation" : "force",
+                      result()));
+    const auto place_of = [&](int at) -> int16_t {
+        if (at < 0) return int16_t(program_.inputs - 1 - at);
+        return int16_t(at < program_.inputs ? at : at + int(program_.constants.size()));
+    };
+    // inputs that are read
+    const auto used = [&](int at) {
+        if (at >= 0 && at < program_.inputs) {
+            if (at < sensors::count)
+                program_.sensors |= uint64_t(1) << at;
+            else if (at < sensors::first_heard)
+                program_.states = std::max(program_.states, at - sensors::first_state + 1);
+            else
+                program_.messages = std::max(
+                    program_.messages, (at - sensors::first_heard) / sensors::neighbours + 1);
+        }
+        return place_of(at);
     };
     for (const instruction& step : steps_)
         program_.instructions.push_back(
-            {step.what, place_of(step.a), place_of(step.b), place_of(step.c)});
-    const value force = names_["f"];
-    program_.force[0] = place_of(force.x);
-    program_.force[1] = place_of(force.y);
-    program_.force[2] = place_of(force.z);
+            step.what >= operation::gene
+                ? step
+                : instruction{step.what, used(step.a),
+                              operands_of(step.what) > 1 ? used(step.b) : place_of(step.b),
+                              operands_of(step.what) > 2 ? used(step.c) : place_of(step.c)});
+    for (layer& each : program_.layers)
+        for (int16_t& input : each.inputs) input = used(input);
+    const value set = names_[result()];
+    program_.results = {used(set.x)};
+    if (!controls()) {
+        program_.results.push_back(place_of(set.y));
+        program_.results.push_back(place_of(set.z));
+        return std::move(program_);
+    }
+    const auto add_results = [&](const built_in_array& array, int count) {
+        for (int i = 0; i < count; ++i) program_.results.push_back(used(arrays_[array.name][i]));
+    };
+    add_results(states_array, program_.states);
+    add_results(said_array, program_.messages);
     return std::move(program_);
 }
 
@@ -171,9 +266,12 @@ void reader::statement() {
     if (makes) {
         if (now_.kind != token::word) refuse(format("expected a name, got %s", here().c_str()));
         name = now_.text;
-        if (names_.count(name) || own_words_.count(name))
+        if (names_.count(name) || own_words_.count(name) || arrays_.count(name))
             refuse(format("the name '%s' is taken", name.c_str()));
         advance();
+        if (controls() && !as_vector && take("[")) return declare_array(name);
+    } else if (const built_in_array* array = writable_array(name)) {
+        return set_element(*array);
     } else if (!names_.count(name)) {
         refuse_read(
             format("unknown name '%s'; a new one begins with 'real' or 'vec'", name.c_str()));
@@ -205,6 +303,122 @@ void reader::statement() {
         names_[name] = result;
     }
     if (now_.kind != token::end) need(";");
+}
+
+const built_in_array* reader::writable_array(const std::string& name) const {
+    if (!controls()) return nullptr;
+    for (const built_in_array& each : built_in_arrays)
+        if (each.writable && name == each.name) return &each;
+    return nullptr;
+}
+
+// The rest of  real NAME[N] = perceptron(...);
+void reader::declare_array(const std::string& name) {
+    if (now_.kind != token::number) refuse("the size of an array is a number");
+    const int size = index_below(most_hidden + 1, "the size of an array");
+    need("]");
+    need("=");
+    if (now_.kind != token::word || now_.text != "perceptron")
+        refuse("an array is what a perceptron gives: real y[2] = perceptron(...);");
+    if (size < 1) refuse("an array has at least one element");
+    advance();
+    std::vector<int16_t> outputs = layer_of(size);
+    arrays_[name] = std::move(outputs);
+    if (now_.kind != token::end) need(";");
+}
+
+// The rest of  NAME[i] (=|+=) expression;
+void reader::set_element(const built_in_array& array) {
+    need("[");
+    const int index = index_below(array.size, format("an index of %s", array.name));
+    need("]");
+    int& count = array.name == states_array.name ? program_.states : program_.messages;
+    count = std::max(count, index + 1);
+    const bool adds = at("+=");
+    if (!adds && !at("=")) refuse(format("expected '=', got %s", here().c_str()));
+    advance();
+    const value result = need_number(expression(), array.name);
+    int16_t& element = arrays_[array.name][std::size_t(index)];
+    element = adds ? emit(operation::add, element, result.x) : result.x;
+    if (now_.kind != token::end) need(";");
+}
+
+// A whole number from 0 on, written out.
+int reader::index_below(int end, const std::string& of) {
+    const double number = now_.number_value;
+    if (now_.kind != token::number || number != std::floor(number) || number >= end)
+        refuse(format("%s is a whole number from 0 to %d, not %s", of.c_str(), end - 1,
+                      here().c_str()));
+    advance();
+    return int(number);
+}
+
+// NAME[i], after the name.
+value reader::element(const std::string& name) {
+    need("[");
+    value result;
+    if (name == genes_array.name) {
+        const int index = index_below(most_genes, "an index of g");
+        program_.genes = std::max(program_.genes, index + 1);
+        result.x = emit(operation::gene, int16_t(index));
+    } else {
+        const std::vector<int16_t>& held = arrays_.at(name);
+        result.x = held[std::size_t(index_below(int(held.size()), "an index of " + name))];
+    }
+    need("]");
+    return result;
+}
+
+void reader::add_inputs(value v, std::vector<int16_t>& to) {
+    to.push_back(v.x);
+    if (v.vector) to.insert(to.end(), {v.y, v.z});
+}
+
+// The rest of  perceptron(hidden, g[first], input, ...): the registers of its outputs.
+std::vector<int16_t> reader::layer_of(int outputs) {
+    need("(");
+    layer made{0, index_below(most_hidden + 1, "the number of hidden units"), {}, outputs};
+    if (made.hidden < 1) refuse_read("a perceptron has at least one hidden unit");
+    need(",");
+    if (now_.kind != token::word || now_.text != genes_array.name)
+        refuse("the second value of a perceptron is its first gene, such as g[0]");
+    advance();
+    need("[");
+    made.first = index_below(most_genes, "an index of g");
+    need("]");
+    if (made.first % layer_alignment != 0)
+        refuse_read(format("the first gene of a perceptron is a multiple of %d, not %d",
+                           layer_alignment, made.first));
+    while (take(",")) {
+        const auto array = now_.kind == token::word ? arrays_.find(now_.text) : arrays_.end();
+        if (array == arrays_.end()) {
+            add_inputs(expression(), made.inputs);
+            continue;
+        }
+        // a whole array, or an element with what follows it
+        const token name = now_;
+        advance();
+        if (at("["))
+            made.inputs.push_back(element(name.text).x);
+        else
+            made.inputs.insert(made.inputs.end(), array->second.begin(), array->second.end());
+    }
+    need(")");
+    const int inputs = int(made.inputs.size());
+    if (inputs < 1 || inputs > most_hidden)
+        refuse_read(format("a perceptron has 1 to %d inputs, not %d", most_hidden, inputs));
+    if (program_.layers.size() == std::size_t(most_layers))
+        refuse_read(format("at most %d perceptrons are possible", most_layers));
+    const int end = made.first + genes_of_layer(inputs, made.hidden, outputs);
+    if (end > most_genes)
+        refuse_read(format("this perceptron's genes end at g[%d]; there are at most %d genes",
+                           end - 1, most_genes));
+    program_.genes = std::max(program_.genes, end);
+    const auto number = int16_t(program_.layers.size());
+    program_.layers.push_back(std::move(made));
+    std::vector<int16_t> at{emit(operation::layer, number)};
+    for (int i = 1; i < outputs; ++i) at.push_back(emit(operation::of_layer, number));
+    return at;
 }
 
 value reader::choice() {
@@ -337,6 +551,10 @@ value reader::primary() {
         advance();
         return found->second;
     }
+    if (arrays_.count(name) || (controls() && name == genes_array.name)) {
+        advance();
+        return element(name);
+    }
     if (own_words_.count(name) && name != "real") {
         advance();
         return call(name);
@@ -344,7 +562,7 @@ value reader::primary() {
     std::string there, callable;
     for (const auto& [word, _] : names_) there += (there.empty() ? "" : ", ") + word;
     for (const std::string& word : own_words_)
-        if (word != "real" && word != "f") callable += (callable.empty() ? "" : ", ") + word;
+        if (word != "real" && word != result()) callable += (callable.empty() ? "" : ", ") + word;
     refuse(format("unknown name '%s'; there are %s, and the functions %s", name.c_str(),
                   there.c_str(), callable.c_str()));
 }
@@ -364,7 +582,8 @@ value reader::call(const std::string& name) {
         if (name != candidate.name) continue;
         takes(std::size_t(candidate.operands));
         for (const value v : arguments) need_number(v, name);
-        return number(candidate.what, arguments[0], arguments.size() > 1 ? arguments[1] : value{});
+        arguments.resize(3, arguments[0]);
+        return number(candidate.what, arguments[0], arguments[1], arguments[2]);
     }
     takes(name == "vec" ? 3 : name == "length" ? 1 : 2);
     if (name == "vec") {
@@ -392,7 +611,11 @@ value reader::dot(value a, value b) {
 
 program compile(const std::string& place, const std::string& text,
                 const std::vector<parameter>& parameters) {
-    return reader(place, text, parameters).read();
+    return reader(kind::force, place, text, parameters).read();
+}
+program compile_controller(const std::string& place, const std::string& text,
+                           const std::vector<parameter>& parameters) {
+    return reader(kind::controller, place, text, parameters).read();
 }
 
 }  // namespace limax::scripted

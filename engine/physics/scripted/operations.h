@@ -25,18 +25,35 @@ enum class operation : uint8_t {
     both,
     either,
     inverted,
-    choose  // b where a is true, else c
+    choose,  // b where a is true, else c
+    tangent,
+    soft,   // a / sqrt(1 + a^2)
+    clamp,  // a between b and c
+    // of controllers; their operands are not registers
+    gene,       // number a of the robot
+    layer,      // number a of the program's layers: writes as many registers as it has outputs
+    of_layer,   // a place that a layer before it wrote
 };
-inline constexpr int operation_count = int(operation::choose) + 1;
+// Those of one number each.
+inline constexpr int operation_count = int(operation::clamp) + 1;
 
-// The first registers of every program: the state of a mass.
-enum input { input_position = 0, input_velocity = 3, input_mass = 6, input_time = 7, inputs = 8 };
+// The first registers of a force: the state of a mass.
+enum input { input_position = 0, input_velocity = 3, input_mass = 6, input_time = 7, force_inputs = 8 };
 
 // Writes the next register. Operands are earlier registers.
 struct instruction {
     operation what;
     int32_t a, b, c;
 };
+
+// Genes of a hidden unit of a layer (program.h), and of a layer.
+inline constexpr int layer_alignment = 4;
+LIMAX_LAW constexpr int row_of_layer(int inputs, int outputs) {
+    return (inputs + outputs + layer_alignment - 1) / layer_alignment * layer_alignment;
+}
+LIMAX_LAW constexpr int genes_of_layer(int inputs, int hidden, int outputs) {
+    return hidden * (row_of_layer(inputs, outputs) + 1) + outputs;
+}
 
 // The result of an operation on as many of a, b and c as it takes.
 template <operation what, class R>
@@ -65,6 +82,9 @@ LIMAX_LAW R apply(R a, R b, R c) {
     if constexpr (what == operation::either) return truth(a != R(0) || b != R(0));
     if constexpr (what == operation::inverted) return truth(a == R(0));
     if constexpr (what == operation::choose) return a != R(0) ? b : c;
+    if constexpr (what == operation::tangent) return tangent_of_controller(a);
+    if constexpr (what == operation::soft) return a * inverse_length(fma(a, a, R(1)));
+    if constexpr (what == operation::clamp) return limax::smaller(c, limax::larger(b, a));
 }
 
 }  // namespace limax::scripted

@@ -20,9 +20,9 @@ constexpr std::array<apply_operation, sizeof...(k)> operations_of(
 constexpr auto operations = operations_of(std::make_integer_sequence<int, operation_count>{});
 
 // |df| / (2 step) for a change of one input by +- step.
-double slope(const program& law, const double in[inputs], int input, double step) {
-    double at[inputs], before[3], after[3];
-    std::copy_n(in, int(inputs), at);
+double slope(const program& law, const double in[force_inputs], int input, double step) {
+    double at[force_inputs], before[3], after[3];
+    std::copy_n(in, int(force_inputs), at);
     at[input] = in[input] - step;
     evaluate(law, at, before);
     at[input] = in[input] + step;
@@ -32,7 +32,7 @@ double slope(const program& law, const double in[inputs], int input, double step
 }
 
 // The largest slope over three inputs from `first`.
-double largest_slope(const program& law, const double in[inputs], int first, double step) {
+double largest_slope(const program& law, const double in[force_inputs], int first, double step) {
     constexpr double alike = 0.1;
     double largest = 0;
     for (int input = first; input < first + 3; ++input) {
@@ -44,17 +44,17 @@ double largest_slope(const program& law, const double in[inputs], int first, dou
 
 }  // namespace
 
-void evaluate(const program& law, const double in[inputs], double force[3]) {
-    std::vector<double> registers(in, in + inputs);
+void evaluate(const program& law, const double in[force_inputs], double force[3]) {
+    std::vector<double> registers(in, in + force_inputs);
     registers.insert(registers.end(), law.constants.begin(), law.constants.end());
     for (const instruction& each : law.instructions)
         registers.push_back(operations[std::size_t(each.what)](registers[std::size_t(each.a)],
                                                                registers[std::size_t(each.b)],
                                                                registers[std::size_t(each.c)]));
-    for (int axis = 0; axis < 3; ++axis) force[axis] = registers[std::size_t(law.force[axis])];
+    for (int axis = 0; axis < 3; ++axis) force[axis] = registers[std::size_t(law.results[std::size_t(axis)])];
 }
 
-effects::stiffness_damping steepness(const program& law, const double in[inputs], double step) {
+effects::stiffness_damping steepness(const program& law, const double in[force_inputs], double step) {
     return {largest_slope(law, in, input_position, step),
             largest_slope(law, in, input_velocity, step)};
 }

@@ -12,7 +12,7 @@ namespace limax::scripted {
 
 namespace {
 
-constexpr std::size_t longest_text = 16384;  // bytes
+constexpr std::size_t longest_text = 65536;  // bytes
 
 [[noreturn]] void refuse_at(const std::string& place, int line, const std::string& problem) {
     fail(LIMAX_INVALID_ARGUMENT, format("%s, line %d: %s", place.c_str(), line, problem.c_str()));
@@ -79,7 +79,7 @@ void token_reader::advance() {
     } else {
         static const char* const signs[] = {"<=", ">=", "==", "!=", "&&", "||", "+=", "+",
                                             "-",  "*",  "/",  "(",  ")",  ",",  ";",  ".",
-                                            "=",  "<",  ">",  "!",  "?",  ":"};
+                                            "=",  "<",  ">",  "!",  "?",  ":",  "[",  "]"};
         for (const char* sign : signs)
             if (last == next_ &&
                 text_.compare(next_, std::char_traits<char>::length(sign), sign) == 0)

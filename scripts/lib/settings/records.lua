@@ -73,7 +73,7 @@ records.body = {
 records.outcome = {
   { "status", "i4", "0 not simulated, 2 done, 3 invalid, 4 diverged", unit = "1" },
   { "reason", "i4?", "invalid: as the status of the body; diverged: 1 nonfinite, 2 speed, 3"
-    .. " stretch", unit = "1" },
+    .. " stretch, 4 control", unit = "1" },
   { "step", "i8", "done since settling began", unit = "steps" },
   { "steps", "i8", "in all", unit = "steps" },
   { "time", "f8?", "of the last step, from t = 0", unit = "s" },

@@ -33,7 +33,9 @@ using real = real_type<LIMAX_PRECISION>::type;
 
 inline constexpr bool compensated = LIMAX_PRECISION == compensated_sums;
 inline constexpr bool leapfrog = LIMAX_LEAPFROG;
-inline constexpr bool damped = has<effects::damping>, actuated = has<effects::actuation>;
+inline constexpr bool damped = has<effects::damping>, controlled = has<effects::control>;
+// Whether muscles move, by a sine or by a controller.
+inline constexpr bool actuated = has<effects::actuation> || controlled;
 inline constexpr bool holding = (LIMAX_EFFECTS & holding_bits) != 0;
 inline constexpr bool touchable = (LIMAX_EFFECTS & effects::contact_bits) != 0;
 inline constexpr bool has_faces = (LIMAX_EFFECTS & effects::face_bits) != 0;

@@ -79,7 +79,8 @@ void robots_on_gpu<R>::lay_out_samples() {
         int64_t size = 0;
         for (std::size_t i = 0; i < robots_.size(); ++i) {
             offset(i, kind) = size;
-            size += plans_[i].samples[kind] * trace_width(kind, records_[i].masses);
+            size += plans_[i].samples[kind] * trace_width(kind, records_[i].masses, setup_.grid.voxels(),
+                                                          setup_.scene);
         }
         if (size == 0) return;
         device_samples_[kind] = device_memory<double>(

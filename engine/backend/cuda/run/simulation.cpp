@@ -209,7 +209,7 @@ void cuda_simulation::trace(int32_t robot, int32_t kind, const double** data, in
     const robot_batches* part = part_of(robot);
     *data = part ? part->batch_of(robot).trace(robot, kind) : nullptr;
     *samples = part ? part->batch_of(robot).samples(robot, kind) : 0;
-    *width = trace_width(kind, outcomes_[robot].masses);
+    *width = trace_width(kind, outcomes_[robot].masses, setup_.grid.voxels(), setup_.scene);
 }
 
 const int32_t* cuda_simulation::sites(int32_t robot) const {

@@ -1,0 +1,80 @@
+// drive.h: laws of a controlled body: what a voxel's activation does to the springs. Includes laws
+// only. SI units.
+#pragma once
+
+#include "body/spring_laws.h"
+#include "physics/sensors.h"
+
+namespace limax {
+
+// A voxel's muscle: s amplitude weight, the relative change of rest length at an activation of 1;
+// and its phase, rad.
+struct muscle {
+    float gain, phase;
+};
+// `weights` as in voxel_body.
+LIMAX_LAW muscle muscle_of(const material_law& material, const float* weights, int64_t voxels,
+                           int64_t voxel) {
+    return {float(material.amplitude * double(weights[voxels + voxel])),
+            float(material.phase * double(weights[2 * voxels + voxel]))};
+}
+
+// How a spring's rest length differs from L0, m: at the tick, and how much more each step.
+template <class R>
+struct drive_change {
+    R at_tick, per_step;
+};
+// From the sums over the owners' gain times activation, at the tick and at the next one, which is
+// `steps` later; 0 where it is reached at once. `scale` is L0 over the number of owners.
+template <class R>
+LIMAX_LAW drive_change<R> change_of(R scale, R from, R to, R steps) {
+    if (!(steps > R(0))) return {scale * to, R(0)};
+    return {scale * from, scale * (to - from) / steps};
+}
+// The same for the spring from the site (x, y, z) along d. drive(voxel, which) is that at the tick
+// (0) or the next one (1).
+template <class R, class Drive>
+LIMAX_LAW drive_change<R> change_of_spring(const lattice& grid, int x, int y, int z,
+                                           const direction& d, R scale, R steps,
+                                           const Drive& drive) {
+    R from = 0, to = 0;
+    for_each_owner(grid, x, y, z, d, [&](int64_t voxel) {
+        from += drive(voxel, 0);
+        to += drive(voxel, 1);
+    });
+    return change_of(scale, from, to, steps);
+}
+
+namespace sensors {
+
+// NaN becomes 0: the robot ends.
+template <class R>
+LIMAX_LAW R next_activation(R wanted, R before, R most_change) {
+    const R near = smaller(before + most_change, larger(before - most_change, wanted));
+    const R held = smaller(R(1), larger(R(-1), near));
+    return held == held ? held : R(0);
+}
+
+template <class R>
+LIMAX_LAW R place_along(int voxel, int voxels) {
+    return R(2 * voxel + 1) / R(voxels) - R(1);
+}
+
+// The voxel across face `side` of the voxel (x, y, z), -1 outside of the lattice.
+LIMAX_LAW int64_t neighbour(const lattice& grid, int x, int y, int z, int side) {
+    const int step = side & 1 ? 1 : -1;
+    const int i = x + (side < 2 ? step : 0), j = y + (side == 2 || side == 3 ? step : 0),
+              k = z + (side > 3 ? step : 0);
+    const bool inside = i >= 0 && j >= 0 && k >= 0 && i < grid.nx && j < grid.ny && k < grid.nz;
+    return inside ? grid.voxel(i, j, k) : -1;
+}
+
+// Sine and cosine of 2 pi frequency t at a tick.
+LIMAX_LAW void clock_at(double frequency, double rate, int64_t tick, double& sine,
+                        double& cosine) {
+    sine_cosine_turns(frequency * static_cast<double>(tick) / rate, sine, cosine);
+}
+
+}  // namespace sensors
+
+}  // namespace limax
