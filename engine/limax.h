@@ -411,16 +411,16 @@ typedef enum limax_trace_kind {
     LIMAX_TRACE_ENERGY = 4,         /* [sample][4], of the body: kinetic, elastic (springs and
                                      * contacts), gravitational (J); power of the muscles (W) */
     LIMAX_TRACE_STRAIN = 5, /* [sample][2]: mean and largest |r - L0| / L0 over the springs */
+    /* of a scene with control, 0 where a voxel of the lattice is empty: */
+    LIMAX_TRACE_ACTIVATION = 6, /* [sample][voxel], -1 to 1 */
+    LIMAX_TRACE_SENSOR = 7,     /* [sample][input][voxel] of the inputs that the controller reads, as
+                                 * it read them at the last tick: limax_scene_input() */
     /* [sample][9], J, a block included: kinetic energy, that of springs, of contacts, and
      * gravitational energy; work since t = 0 of the muscles, of damping, of contacts' damping, of
      * friction, and of everything else, positive into the body; CPU only */
-    LIMAX_TRACE_LEDGER = 6,
-    LIMAX_TRACE_BLOCK = 7, /* [sample][7]: centre of the rigid block, m; quaternion w, x, y, z that
+    LIMAX_TRACE_LEDGER = 8,
+    LIMAX_TRACE_BLOCK = 9, /* [sample][7]: centre of the rigid block, m; quaternion w, x, y, z that
                             * turns its own axes into the world's */
-    /* of a scene with control, 0 where a voxel is empty: */
-    LIMAX_TRACE_ACTIVATION = 8, /* [sample][voxel], -1 to 1, of the lattice */
-    LIMAX_TRACE_SENSOR = 9,     /* [sample][input][voxel] of the inputs that the controller reads, as
-                                 * it read them at the last tick: limax_scene_input() */
     LIMAX_TRACE_KINDS = 10
 } limax_trace_kind;
 

@@ -30,7 +30,7 @@ names.bound = enumeration("BOUND_", "springs", "voxels")
 names.robot_status = enumeration("ROBOT_", "skipped", "running", "done", "invalid", "diverged")
 names.divergence = enumeration("", "nonfinite", "speed", "stretch", "control")
 names.trace = enumeration("TRACE_", "center_of_mass", "position", "velocity", "contact", "energy",
-  "strain", "ledger", "block", "activation", "sensor")
+  "strain", "activation", "sensor", "ledger", "block")
 
 --- Columns of each trace, along its last axis. The works of `ledger` are since t = 0; `block` is
 --- the centre of the rigid block and the quaternion that turns its own axes into the world's. Those

@@ -24,9 +24,10 @@ local view = {}
 ---@field rate number|nil samples per second, of a trace
 ---@field samples integer|nil of a trace
 ---@field columns string[]|nil names along the last axis, of a trace
+---@field inputs string[]|nil what a controller reads, of the trace "sensor"
 
 -- fields of a view besides its shape
-local FIELDS = { unit = true, rate = true, samples = true, columns = true }
+local FIELDS = { unit = true, rate = true, samples = true, columns = true, inputs = true }
 
 ---@class limax.view.state
 ---@field form table memory, shape, owner: shared by a view and all its parts

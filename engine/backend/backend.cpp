@@ -137,8 +137,8 @@ void check_options(const limax_simulation_options& options, const scene& scene) 
         check("velocity", options.velocity[axis], format("velocity %s", axes[axis]).c_str());
     }
     static const char* const kinds[LIMAX_TRACE_KINDS] = {
-        "center_of_mass", "position", "velocity", "contact", "energy", "strain", "ledger", "block",
-        "activation", "sensor"};
+        "center_of_mass", "position", "velocity", "contact", "energy", "strain",
+        "activation", "sensor", "ledger", "block"};
     for (int kind = 0; kind < LIMAX_TRACE_KINDS; ++kind)
         check("record", options.record[kind], format("record.%s", kinds[kind]).c_str());
     if (options.record[LIMAX_TRACE_CONTACT] && !(scene.mask() & effects::contact_bits))

@@ -77,7 +77,7 @@ __device__ inline contact_pairs pairs_of(const launch_arguments& launch, const s
     });
     const pair_lists& lists = launch.pairs;
     const int64_t sites = grid.count();
-    return {{grid, launch.springs + robot * (spring_columns * direction_count) * sites,
+    return {{grid, launch.springs + robot * (stored_columns * direction_count) * sites,
              lists.surface + robot * sites},
             launch.mass + robot * sites,
             lists.partners + robot * (1 + most_partners) * sites,

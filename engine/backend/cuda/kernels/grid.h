@@ -47,7 +47,7 @@ struct grid_robot {
           robot(launch.running[blockIdx.x / blocks]),
           grid(all.grid),
           count(grid.count()),
-          columns(launch.springs + robot * (spring_columns * direction_count * sites())),
+          columns(launch.springs + robot * (stored_columns * direction_count * sites())),
           state(launch.state + robot * (state_columns * sites())),
           after(all.after + robot * (6 * sites())),
           pairs(pairs_of(launch, grid, robot)),
@@ -108,6 +108,10 @@ struct grid_robot {
         });
         wait();
         if constexpr (meets) list_contacts(record.step + begun);
+        if constexpr (controlled) {
+            shared.control.load(launch, robot, threads);
+            store_drive(record.step);
+        }
     }
 
     // ---- an event ----
@@ -214,6 +218,68 @@ struct grid_robot {
         __syncthreads();
         if (thread == 0)
             note_contact(launch, shared.record, shared.sum_of[sum_touching], block == 0);
+    }
+
+    // Lets the controller act. Returns false if it gave a value that is not finite.
+    __device__ bool take_tick(int64_t step) {
+        robot_record& record = shared.record;
+        wait();
+        if constexpr (senses_body) sense_body();
+        const int64_t number = ticks_before(record, step);
+        const int nx = grid.x - 1, ny = grid.y - 1, voxels = nx * ny * (grid.z - 1);
+        const float* const genes = shared.control.genes_of(launch, robot);
+        const real* const seen = half(side);
+        int64_t part[grid_sums] = {};
+        for (int v = block * threads + thread; v < voxels; v += blocks * threads)
+            part[sum_nonfinite] += !tick_voxel(
+                launch, record, params, robot, number, grid, v % nx, v / nx % ny, v / (nx * ny),
+                genes, shared.control.whole,
+                [&](int site) { return exchanged_corner(grid, seen, site); });
+        sum_over_robot(part);
+        if (shared.sum_of[sum_nonfinite] != 0) return false;
+        store_drive(step);
+        return true;
+    }
+
+    // Stores what the controller's last tick makes of the springs' parameters.
+    __device__ void store_drive(int64_t step) const {
+        const int64_t voxels = int64_t(grid.x - 1) * (grid.y - 1) * (grid.z - 1);
+        const control_state state =
+            control_state_of(launch, shared.record, robot, step, voxels, sites());
+        const drive_of_control drive{launch, state, grid};
+        each_mass([&](int site, int) {
+            for (int number = 0; number < direction_count; ++number) {
+                spring_parameters own{};
+                drive(own, number, site);
+                float* const at = const_cast<float*>(columns) + number * sites() + site;
+                for (int i = spring_columns - 2; i < spring_columns; ++i)
+                    at[i * (direction_count * sites())] = own.value[i];
+            }
+        });
+        wait();
+    }
+
+    // What the controller senses of the body as a whole.
+    __device__ void sense_body() {
+        const double of_total = 1.0 / shared.record.total_mass;
+        for (int first = 0; first < sensors::body_sums; first += grid_sums) {
+            int64_t part[grid_sums] = {};
+            each_mass([&](int site, int) {
+                mass_state m;
+                recall(m, site, exchanged_corner(grid, half(side), site));
+                for (int i = 0; i < grid_sums; ++i)
+                    part[i] += part_of_body(first + i, m, grid, site, of_total);
+            });
+            sum_over_robot(part);
+            if (thread < grid_sums) shared.control.sums[first + thread] = shared.sum_of[thread];
+            __syncthreads();
+        }
+        const solid_record* block_of_robot = nullptr;
+        if constexpr (has_solid) block_of_robot = &solid().record;
+        if (thread == 0)
+            sense_whole(launch, shared.record, shared.control.sums, block_of_robot,
+                        shared.control.whole);
+        __syncthreads();
     }
 
     // The muscles' moments of the steps up to the next event.

@@ -41,6 +41,11 @@ __device__ inline bool take_event(Robot& robot, int64_t step, loop_state& now) {
         if (robot.leads())
             note_solid(robot.solid().record, record, step, shared.shift,
                        step % check_interval == 0 && shared.moved, robot.launch.solids.samples);
+    if constexpr (controlled)
+        if (tick_due(record, step) && !robot.take_tick(step)) {
+            if (threadIdx.x == 0) note_wild_control(record, step);
+            return false;
+        }
     __syncthreads();
     if (threadIdx.x == 0) record.step = step;
     if (threadIdx.x == 0) shared.times = times_at(record, step);

@@ -3,6 +3,7 @@
 // only. Compiled for one scene (scene.h). SI units.
 #pragma once
 
+#include "backend/cuda/kernels/control.h"
 #include "backend/cuda/kernels/surface.h"
 #include "body/lattice.h"
 
@@ -52,8 +53,23 @@ struct measured_robot {
         };
         return {along(0), along(1), along(2)};
     }
+    // Of a controlled robot: its drive, and steps since the last tick.
+    __device__ control_state driven() const {
+        const int64_t voxels = launch.grid.voxels();
+        const bool holds = launch.scene.of(effects::index_of<effects::control>)
+                               [effects::control::at_hold] != 0.0;
+        return {launch.control + index * layout.count() * voxels,
+                launch.springs + (index * stored_columns + spring_columns) *
+                                     (direction_count * sites),
+                voxels, int(ticks_before(record, record.step) & 1),
+                holds ? real(0) : real(record.tick)};
+    }
+    __device__ double since_tick() const {
+        const int64_t since = record.step - record.settle_steps;
+        return since < 0 ? 0.0 : double(since % record.tick);
+    }
     __device__ float parameter(int column, int64_t slot) const {
-        return launch.springs[(index * spring_columns + column) * direction_count * sites + slot];
+        return launch.springs[(index * stored_columns + column) * direction_count * sites + slot];
     }
 };
 
@@ -76,7 +92,7 @@ __device__ inline double energy_of_pairs(const measured_robot& robot) {
     using namespace effects;
     const site_grid grid(robot.launch.grid);
     const body_surface body{
-        grid, robot.launch.springs + robot.index * spring_columns * direction_count * robot.sites,
+        grid, robot.launch.springs + robot.index * stored_columns * direction_count * robot.sites,
         robot.launch.surface + robot.index * robot.sites};
     double sum = 0;
     for_each([&]<class E>(E) {
@@ -106,7 +122,14 @@ __device__ inline void measure_energy(const measured_robot& robot, double* out,
     using namespace effects;
     double kinetic = 0, elastic = 0, gravitational = 0, power = 0;
     actuation::moment<double> now{0, 0}, rate{0, 0};
-    if (actuated && robot.record.step >= robot.record.settle_steps) {
+    control_state driven{};
+    if constexpr (controlled) {
+        driven = robot.driven();
+        now = {1, robot.since_tick()};
+        rate = {0, robot.record.step < robot.record.settle_steps ? 0
+                                                                 : 1 / robot.record.time_step};
+    }
+    if (!controlled && actuated && robot.record.step >= robot.record.settle_steps) {
         const double* values = robot.launch.scene.of(index_of<actuation>);
         const actuation::clock clock{values[0], robot.record.ramp, robot.record.phase_per_step};
         const int64_t since = robot.record.step - robot.record.settle_steps;
@@ -119,8 +142,15 @@ __device__ inline void measure_energy(const measured_robot& robot, double* out,
         spring.stiffness = robot.parameter(0, slot);
         spring.rest = rest;
         if constexpr (actuated) {
-            spring.sine = robot.parameter(spring_columns - 2, slot);
-            spring.cosine = robot.parameter(spring_columns - 1, slot);
+            if constexpr (controlled) {
+                const auto change = change_at(driven, site_grid(robot.launch.grid),
+                                              int(slot / robot.sites), int(slot % robot.sites));
+                spring.sine = double(float(change.at_tick));
+                spring.cosine = double(float(change.per_step));
+            } else {
+                spring.sine = robot.parameter(spring_columns - 2, slot);
+                spring.cosine = robot.parameter(spring_columns - 1, slot);
+            }
             // dE/dt at fixed length: the tension times the rest length's speed, against it
             spring_state<double> still = spring;
             still.rest = 0;
@@ -181,6 +211,25 @@ __device__ inline void measure_strain(const measured_robot& robot, double* out,
     out[1] = most;
 }
 
+// Activations between two ticks, or what the controller read at the last one.
+__device__ inline void copy_control(const measured_robot& robot, int kind, double* out) {
+    const control_state driven = robot.driven();
+    const int64_t voxels = driven.voxels;
+    if (kind == sample_sensor) {
+        const real* const seen = driven.columns + layout.last_seen() * voxels;
+        for (int64_t i = threadIdx.x; i < layout.seen * voxels; i += measure_threads)
+            out[i] = double(seen[i]);
+        return;
+    }
+    const double share =
+        driven.steps > real(0) ? robot.since_tick() / double(robot.record.tick) : 1.0;
+    for (int64_t v = threadIdx.x; v < voxels; v += measure_threads) {
+        const double from = driven.columns[(layout.activation() + driven.now) * voxels + v];
+        const double to = driven.columns[(layout.activation() + 1 - driven.now) * voxels + v];
+        out[v] = fma(share, to - from, from);
+    }
+}
+
 }  // namespace limax::cuda
 
 extern "C" __global__ void __launch_bounds__(limax::cuda::measure_threads)
@@ -195,12 +244,16 @@ extern "C" __global__ void __launch_bounds__(limax::cuda::measure_threads)
     if (!record.begun) return;
     const measured_robot robot{launch, record, index, launch.grid.sites()};
     const int64_t width[sample_kinds] = {
-        3, 3 * int64_t(record.masses), 3 * int64_t(record.masses), 1, 4, 2};
-    for (int kind = 0; kind < sample_kinds; ++kind) {
+        3, 3 * int64_t(record.masses), 3 * int64_t(record.masses), 1, 4, 2,
+        launch.grid.voxels(), layout.seen * launch.grid.voxels()};
+    for (int kind = 0; kind < taken_kinds; ++kind) {
         if (taken_by_step(kind) || record.step != record.next_sample[kind]) continue;
         double* out = launch.samples[kind] + record.offset[kind] + width[kind] * record.taken[kind];
         if (kind == sample_energy) measure_energy(robot, out, part);
         if (kind == sample_strain) measure_strain(robot, out, part);
+        if constexpr (controlled)
+            if (kind == sample_activation || kind == sample_sensor)
+                copy_control(robot, kind, out);
         if (kind == sample_position || kind == sample_velocity)
             for (int64_t site = threadIdx.x; site < robot.sites; site += measure_threads) {
                 const int64_t rank = launch.ranks[index * robot.sites + site];

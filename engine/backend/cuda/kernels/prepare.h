@@ -5,6 +5,7 @@
 
 #include "backend/cuda/kernels/scene.h"
 #include "physics/bound.h"
+#include "physics/drive.h"
 
 namespace limax::cuda {
 
@@ -67,7 +68,7 @@ struct robot_in_preparation {
                launch.summed != 0,
                controlled},
           mass(launch.mass + blockIdx.x * sites),
-          columns(launch.springs + blockIdx.x * (spring_columns * direction_count) * sites),
+          columns(launch.springs + blockIdx.x * (stored_columns * direction_count) * sites),
           ranks(launch.ranks + blockIdx.x * sites),
           state(launch.state + blockIdx.x * state_columns * sites) {}
 
@@ -126,6 +127,8 @@ struct robot_in_preparation {
             }
             if constexpr (actuated) {
                 const bool moves = launch.effects & effects::bit<effects::actuation>;
+                if constexpr (controlled)
+                    columns[spring_columns * direction_count * sites + slot] = spring.sine;
                 columns[(spring_columns - 2) * direction_count * sites + slot] =
                     moves ? spring.sine : 0.0f;
                 columns[(spring_columns - 1) * direction_count * sites + slot] =
@@ -133,6 +136,20 @@ struct robot_in_preparation {
             }
         }
         if (damped && launch.by_voxels) atomicMin(&least_time, bits_as<unsigned long long>(least));
+    }
+
+    // Gain and phase of each voxel's muscle.
+    __device__ void make_muscles() const {
+        const int64_t voxels = grid.voxels();
+        float* const gain = launch.muscles + blockIdx.x * 2 * voxels;
+        for (int64_t v = threadIdx.x; v < voxels; v += prepare_threads) {
+            const muscle own = body.voxels[v] == 0
+                                   ? muscle{bits_as<float>(0x7fc00000u), 0}
+                                   : muscle_of(body.materials[body.voxels[v]], body.weights,
+                                               voxels, v);
+            gain[v] = own.gain;
+            gain[voxels + v] = own.phase;
+        }
     }
 
     // The mass of the lightest corner of each exposed face.
@@ -230,6 +247,7 @@ extern "C" __global__ void __launch_bounds__(limax::cuda::prepare_threads)
     if (threadIdx.x == 0) robot.number_masses();
     robot.make_springs();
     if constexpr (has_faces) robot.make_faces();
+    if constexpr (controlled) robot.make_muscles();
     __syncthreads();
     if constexpr (meets) robot.list_surface();
     robot.make_state();

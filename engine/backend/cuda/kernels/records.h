@@ -19,7 +19,10 @@ enum sample_kind {
     sample_contact = 3,
     sample_energy = 4,
     sample_strain = 5,
-    sample_kinds = 6
+    uncontrolled_kinds = 6,
+    sample_activation = 6,
+    sample_sensor = 7,
+    sample_kinds = 8
 };
 LIMAX_LAW constexpr bool taken_by_step(int kind) {
     return kind == sample_center || kind == sample_contact;
@@ -30,7 +33,8 @@ enum robot_status : int32_t { robot_running = 1, robot_done = 2, robot_diverged 
 enum divergence : int32_t {
     divergence_nonfinite = 1,
     divergence_speed = 2,
-    divergence_stretch = 3
+    divergence_stretch = 3,
+    divergence_control = 4
 };
 
 // One robot: its plan, written by the host, and how far it is, written by the step kernel.
@@ -53,6 +57,33 @@ struct robot_record {
     uint8_t begun;   // 1 between kick and drift, where both velocities are stored
     uint8_t coarse;  // as in limax_outcome
     int32_t masses;
+    int64_t tick;         // steps between ticks of the controller
+    uint64_t noise_seed;  // of its sensors
+};
+
+// Columns of a controlled robot's memory, [column][voxel]; of two halves one is of the last tick,
+// the other of the next.
+struct control_layout {
+    int states, messages;
+    int measured, slots;  // inputs that are kept, and for how many ticks, where they are delayed
+    int seen;             // inputs that are kept for samples
+
+    LIMAX_LAW constexpr int activation() const { return 0; }  // two halves
+    LIMAX_LAW constexpr int drive() const { return 2; }       // gain times activation, two halves
+    LIMAX_LAW constexpr int said() const { return 4; }        // two halves
+    LIMAX_LAW constexpr int state() const { return said() + 2 * messages; }
+    LIMAX_LAW constexpr int past() const { return state() + states; }
+    LIMAX_LAW constexpr int last_seen() const { return past() + measured * slots; }
+    LIMAX_LAW constexpr int count() const { return last_seen() + seen; }
+};
+// Genes that a block keeps in shared memory; a controller with more reads them from global memory.
+inline constexpr int most_shared_genes = 1024;
+// Null in a scene without control.
+template <class R>
+struct control_memory {
+    R* columns;           // [robot][column][voxel]
+    const float* genes;   // of control, [robot][gene]
+    float* muscles;       // gain, NaN where a voxel is empty, and phase, [robot][2][voxel]
 };
 
 // Where the components of the fields of an effect begin among those of all effects and instances.
@@ -210,6 +241,7 @@ struct step_launch {
     scene_values scene;
     mass_params<R> params;
     solid_columns<R> solids;
+    control_memory<R> control;
 };
 
 // The arguments of the grid kernel, in which several blocks share a robot.
@@ -267,6 +299,7 @@ struct prepare_launch {
     double position[3], origin[3], velocity[3];
     scene_values scene;
     material_law materials[16];
+    float* muscles;  // as in control_memory
 };
 
 // The arguments of the measure kernel: one block for each robot.
@@ -283,6 +316,7 @@ struct measure_launch {
     lattice grid;
     double rest[3];
     scene_values scene;
+    const R* control;  // columns, as in control_memory
 };
 
 // Threads of a block of these kernels.

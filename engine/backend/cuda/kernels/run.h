@@ -33,6 +33,12 @@ __device__ inline void note_divergence(robot_record& record, int64_t step, bool 
     record.step = step;
 }
 
+// The controller gave a value that is not finite.
+__device__ inline void note_wild_control(robot_record& record, int64_t step) {
+    note_divergence(record, step, false, false);
+    record.reason = divergence_control;
+}
+
 __device__ inline int64_t middle_step(const robot_record& record) {
     return record.settle_steps + (record.steps - record.settle_steps) / 2;
 }
@@ -43,7 +49,7 @@ __device__ inline int64_t stop_of(const launch_arguments& launch, robot_record& 
     if (launch.most > 0)
         record.goal = record.step + smaller(launch.most, record.steps - record.step);
     int64_t stop = record.goal;
-    for (int kind = 0; kind < sample_kinds; ++kind)
+    for (int kind = 0; kind < taken_kinds; ++kind)
         if (!taken_by_step(kind)) stop = smaller(record.next_sample[kind], stop);
     return stop;
 }
@@ -114,6 +120,16 @@ __device__ inline void shift_mass(mass_state& m, const double shift[3]) {
                                                        real(shift[axis]), m.lost_position[axis]);
 }
 
+// The number of the controller's last tick up to a step, from 0; -1 while the body settles.
+__device__ inline int64_t ticks_before(const robot_record& record, int64_t step) {
+    const int64_t since = step - record.settle_steps;
+    return since < 0 ? -1 : since / record.tick;
+}
+__device__ inline bool tick_due(const robot_record& record, int64_t step) {
+    const int64_t since = step - record.settle_steps;
+    return since >= 0 && since % record.tick == 0 && step < record.steps;
+}
+
 // The next event after `step`, `stop` at the latest.
 __device__ inline int64_t next_event(const robot_record& record, int64_t step, int64_t stop) {
     // the half kick of n = 0 lasts one step
@@ -124,6 +140,10 @@ __device__ inline int64_t next_event(const robot_record& record, int64_t step, i
                                 record.next_sample[sample_contact]};
     for (const int64_t at : awaited)
         if (at > step) next = smaller(next, at);
+    if constexpr (controlled)
+        if (step >= record.settle_steps)
+            next = smaller(next, record.settle_steps +
+                                     (ticks_before(record, step) + 1) * record.tick);
     return next;
 }
 
@@ -146,6 +166,7 @@ __device__ inline effects::actuation::moment<real> moment_at(const launch_argume
                                                              int64_t step) {
     using effects::actuation;
     if (!actuated || step < record.settle_steps) return {real(0), real(0)};
+    if constexpr (controlled) return {real((step - record.settle_steps) % record.tick), real(0)};
     const double* values = launch.scene.of(effects::index_of<actuation>);
     return actuation::at<real>(actuation::clock{values[0], record.ramp, record.phase_per_step},
                                step - record.settle_steps, record.time_step);

@@ -13,6 +13,7 @@
 #include "physics/held.h"
 #include "physics/integrator.h"
 #include "physics/separation.h"
+#include "physics/sensors.h"
 
 namespace limax::cuda {
 
@@ -42,10 +43,21 @@ inline constexpr bool has_faces = (LIMAX_EFFECTS & effects::face_bits) != 0;
 inline constexpr bool meets = (LIMAX_EFFECTS & effects::meeting_bits) != 0;
 inline constexpr bool has_solid = (LIMAX_EFFECTS & effects::solid_bits) != 0;
 // Other masses need a mass's velocity only where a law on more than one mass reads it.
-inline constexpr bool shares_velocity = damped || has_faces || meets;
+#if defined(LIMAX_CONTROL_SENSORS)
+inline constexpr uint64_t control_sensors = LIMAX_CONTROL_SENSORS;
+#else
+inline constexpr uint64_t control_sensors = 0;
+#endif
+inline constexpr bool senses_rates =
+    sensors::reads(control_sensors, sensors::strain_rate, sensors::strain_rate + 1);
+inline constexpr bool shares_velocity = damped || has_faces || meets || senses_rates;
 
 // Columns of spring parameters: k, then c, then A and B.
 inline constexpr int spring_columns = 1 + (damped ? 1 : 0) + (actuated ? 2 : 0);
+// The same in memory: a controlled robot also has L0 over the number of owners (drive.h).
+inline constexpr int stored_columns = spring_columns + (controlled ? 1 : 0);
+// Kinds of samples that a robot may take.
+inline constexpr int taken_kinds = controlled ? sample_kinds : uncontrolled_kinds;
 // Columns of a robot's state, in the order of state_column.
 inline constexpr int state_columns = compensated ? 15 : 9;
 

@@ -6,6 +6,7 @@
 #include "backend/cuda/kernels/block_memory.h"
 #include "backend/cuda/kernels/cluster.h"
 #include "backend/cuda/kernels/contact_pairs.h"
+#include "backend/cuda/kernels/control.h"
 #include "backend/cuda/kernels/faces.h"
 #include "backend/cuda/kernels/run.h"
 #include "backend/cuda/kernels/springs.h"
@@ -138,6 +139,7 @@ enum question {
     divergence_found,
     coarse_found,
     mass_moved,
+    control_wild,
     questions
 };
 
@@ -158,6 +160,7 @@ struct block_memory {
     int moved;        // whether any of it is not 0
     robot_record record;
     int64_t stop;  // last step of this launch
+    control_block control;
 };
 static_assert(sizeof(block_memory) <= LIMAX_SHARED_BYTES);
 

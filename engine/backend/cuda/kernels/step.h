@@ -44,7 +44,7 @@ struct block_robot {
             shared.at.store(place, {});
             for (int c = 1; c < corners; ++c) shared.sum.store(c, place, {});
         }
-        cells.load(launch, shared);
+        if constexpr (!controlled) cells.load(launch, shared);
         load_masses();
     }
 
@@ -106,6 +106,10 @@ struct block_robot {
         // every block has laid out its memory before another writes there
         meet_cluster();
         const robot_record& record = shared.record;
+        if constexpr (controlled) {
+            shared.control.load(launch, robot_of(launch), threads);
+            load_drive(record.step);
+        }
         const bool begun = record.begun;
         each_mass([&](int k) {
             if (begun)
@@ -184,6 +188,64 @@ struct block_robot {
         add_over_blocks(shared, sum_touching, 1);
         if (thread == 0)
             note_contact(launch, shared.record, shared.sum_of[sum_touching], rank == 0);
+    }
+
+    // Loads the parameters of the springs, with what the controller's last tick makes of them.
+    __device__ void load_drive(int64_t step) {
+        constexpr site_grid grid{lattice{}};
+        constexpr int64_t voxels = int64_t(LIMAX_NX) * LIMAX_NY * LIMAX_NZ;
+        const control_state state =
+            control_state_of(launch, shared.record, robot_of(launch), step, voxels, sites);
+        cells.load(launch, shared, drive_of_control{launch, state, grid});
+    }
+
+    // Lets the controller act. Returns false if it gave a value that is not finite.
+    __device__ bool take_tick(int64_t step) {
+        constexpr site_grid grid{lattice{}};
+        robot_record& record = shared.record;
+        wait();
+        if constexpr (senses_body) sense_body();
+        const int64_t number = ticks_before(record, step);
+        const int lowest = first_layer(rank), layers = first_layer(rank + 1) - lowest;
+        const float* const genes = shared.control.genes_of(launch, robot_of(launch));
+        bool finite = true;
+        for (int v = thread; v < LIMAX_NX * LIMAX_NY * layers; v += threads)
+            finite &= tick_voxel(launch, record, params, robot_of(launch), number, grid,
+                                 v % LIMAX_NX, v / LIMAX_NX % LIMAX_NY,
+                                 v / (LIMAX_NX * LIMAX_NY) + lowest, genes, shared.control.whole,
+                                 [&](int site) { return corner_of_robot(site, shared); });
+        if (any_of_robot(shared, control_wild, !finite)) return false;
+        load_drive(step);
+        return true;
+    }
+
+    // What the controller senses of the body as a whole.
+    __device__ void sense_body() {
+        constexpr site_grid grid{lattice{}};
+        robot_record& record = shared.record;
+        const double of_total = 1.0 / record.total_mass;
+        constexpr int at_once = 6;
+#pragma unroll 1
+        for (int first = 0; first < sensors::body_sums; first += at_once) {
+            const int count = smaller(at_once, sensors::body_sums - first);
+            for (int i = 0; i < count; ++i) {
+                int64_t part = 0;
+                each_site([&](int k, int site) {
+                    part += part_of_body(first + i, mass[k], grid, site, of_total);
+                });
+                add_over_warp(part, shared.part[sum_center + i]);
+            }
+            add_over_blocks(shared, sum_center, count);
+            if (thread == 0)
+                for (int i = 0; i < count; ++i)
+                    shared.control.sums[first + i] = shared.sum_of[sum_center + i];
+            __syncthreads();
+        }
+        const solid_record* block = nullptr;
+        if constexpr (has_solid) block = &solid().record;
+        if (thread == 0)
+            sense_whole(launch, record, shared.control.sums, block, shared.control.whole);
+        __syncthreads();
     }
 
     // The muscles' moments of the steps up to the next event.

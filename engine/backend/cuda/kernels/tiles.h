@@ -4,6 +4,7 @@
 #pragma once
 
 #include "backend/cuda/kernels/block_memory.h"
+#include "backend/cuda/kernels/control.h"
 #include "backend/cuda/kernels/run.h"
 #include "backend/cuda/kernels/springs.h"
 
@@ -37,6 +38,7 @@ struct tile_memory {
     double touching;
     robot_record record;  // every block keeps its own, and they agree
     int64_t stop;
+    control_block control;
 };
 static_assert(sizeof(tile_memory) <= LIMAX_SHARED_BYTES);
 

@@ -52,6 +52,7 @@ struct kernel_needs {
     bool shares_velocity;  // laws on several masses read their velocities
     bool has_faces;        // laws act on faces
     bool many_laws;        // laws on masses that need many registers
+    std::size_t control = 0;  // bytes of a controller in shared memory
 };
 
 // Threads and memory of a block.

@@ -53,7 +53,7 @@ grid_shape shape_of(const std::array<int, 3>& along, const std::array<int, 3>& t
                           std::size_t(masses) * 3 * corners + 2 * check_interval) *
                              real +
                          std::size_t(shape.threads / lanes) * grid_sums * sizeof(int64_t) +
-                         sizeof(robot_record) + shared_slack;
+                         sizeof(robot_record) + needs.control + shared_slack;
     return shape;
 }
 

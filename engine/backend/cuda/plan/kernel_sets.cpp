@@ -8,6 +8,7 @@
 #include <set>
 
 #include "body/springs.h"
+#include "physics/body_frame.h"
 
 namespace limax::cuda {
 
@@ -17,7 +18,7 @@ namespace {
 constexpr int64_t most_cubes_of_block = 512;
 // Effects whose laws on masses need few registers.
 constexpr unsigned light_effects = effects::bit<effects::springs> | effects::bit<effects::damping> |
-                                   effects::bit<effects::actuation> |
+                                   effects::muscle_bits | effects::bit<effects::target> |
                                    effects::bit<effects::gravity> | effects::bit<effects::ground> |
                                    effects::bit<effects::friction>;
 // Blocks that every GPU with clusters can put into one.
@@ -85,6 +86,39 @@ void add_scripts(const scene& scene, kernel_set& step, kernel_set& prepare) {
     const effects::stiffness_damping bound = scene.script_bound();
     prepare.defines.emplace("LIMAX_SCRIPTED_STIFFNESS", format("%a", bound.stiffness));
     prepare.defines.emplace("LIMAX_SCRIPTED_DAMPING", format("%a", bound.damping));
+}
+
+// Memory of a robot's controller in a kernel.
+control_layout layout_of(const simulation_setup& setup) {
+    const scripted::program& law = setup.scene.controller();
+    const double* values = setup.scene.values(effects::index_of<effects::control>);
+    const auto delay = int(std::lround(values[effects::control::at_delay] *
+                                       values[effects::control::at_rate]));
+    return {law.states, law.messages,
+            sensors::count_bits(law.sensors & ((uint64_t(1) << sensors::measured) - 1)),
+            delay > 0 ? delay + 1 : 0,
+            setup.options.record[LIMAX_TRACE_SENSOR] ? sensors::count_bits(law.sensors) : 0};
+}
+// Genes of a robot on a GPU: rows of float4.
+int genes_of(const simulation_setup& setup) {
+    return (setup.scene.controller().genes + 3) / 4 * 4;
+}
+
+// Adds a scene's controller to the kernels that step and measure robots.
+void add_controller(const simulation_setup& setup, kernel_set& step, kernel_set& measure) {
+    const scripted::program& law = setup.scene.controller();
+    const control_layout layout = layout_of(setup);
+    const std::pair<const char*, std::string> defines[] = {
+        {"LIMAX_CONTROL", scripted::kernel_text(law)},
+        {"LIMAX_CONTROL_REGISTERS", std::to_string(law.registers())},
+        {"LIMAX_CONTROL_SENSORS", format("%lluull", static_cast<unsigned long long>(law.sensors))},
+        {"LIMAX_CONTROL_GENES", std::to_string(genes_of(setup))},
+        {"LIMAX_CONTROL_STATES", std::to_string(law.states)},
+        {"LIMAX_CONTROL_MESSAGES", std::to_string(law.messages)},
+        {"LIMAX_CONTROL_SLOTS", std::to_string(layout.slots)},
+        {"LIMAX_CONTROL_SEEN", layout.seen > 0 ? "1" : "0"}};
+    for (const auto& [name, value] : defines)
+        for (kernel_set* set : {&step, &measure}) set->defines.emplace(name, value);
 }
 
 const char* name_of(kernel_form form) {
@@ -199,13 +233,19 @@ scene_kernels::robot_memory scene_kernels::memory_of_robot() const {
     robot_memory memory;
     if (on_grid_) {
         // values of a mass, as `exchanged` of kernels/tiles.h
-        const std::size_t seen = damped || has_faces || meets ? 6 : 3;
+        const std::size_t seen = shares_velocity ? 6 : 3;
         memory.exchange = 2 * seen * sites;
         memory.sums = 2 * grid_sums;
         memory.arrived = 1;
         if (has_faces || has_solid) memory.after = 6 * sites;
     }
     if (has_faces) memory.faces = 3 * sites;
+    if (controlled) {
+        const auto voxels = std::size_t(setup_->grid.voxels());
+        memory.control = std::size_t(layout_of(*setup_).count()) * voxels;
+        memory.genes = std::size_t(genes_of(*setup_));
+        memory.muscles = 2 * voxels;
+    }
     if (meets) {
         memory.surface = sites;
         memory.partners = (1 + most_partners) * sites;
@@ -248,8 +288,13 @@ void scene_kernels::choose_path(block_plans& plans, const gpu& device) {
     // for all other effects together.
     const bool many_laws = has_faces || meets || has_solid || (mask_ & ~light_effects) != 0 ||
                            !setup_->scene.scripts().empty();
-    const kernel_needs needs{setup_->options.precision, spring_columns,
-                             damped || has_faces || meets, has_faces, many_laws};
+    kernel_needs needs{setup_->options.precision, spring_columns, shares_velocity, has_faces,
+                       many_laws};
+    if (controlled) {
+        const int genes = genes_of(*setup_);
+        needs.control = sizeof(float) * std::size_t(genes <= most_shared_genes ? genes : 0) +
+                        sizeof(double) * (sensors::body_sums + sensors::measured);
+    }
     const kernel_needs most{setup_->options.precision, 4, true, has_faces, true};
     const std::size_t shared = device.shared_memory_of_block;
     const int most_cluster =
@@ -314,10 +359,15 @@ scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, kernel_
     out.mask_ = mask;
     out.form_ = form;
     out.damped = mask & effects::bit<effects::damping>;
-    out.actuated = mask & effects::bit<effects::actuation>;
+    out.actuated = mask & effects::muscle_bits;
+    out.controlled = mask & effects::bit<effects::control>;
     out.has_faces = mask & effects::face_bits;
     out.meets = mask & effects::meeting_bits;
     out.has_solid = mask & effects::solid_bits;
+    const uint64_t senses = setup.scene.controller().sensors;
+    out.shares_velocity =
+        out.damped || out.has_faces || out.meets ||
+        sensors::reads(senses, sensors::strain_rate, sensors::strain_rate + 1);
     out.spring_columns = 1 + (out.damped ? 1 : 0) + (out.actuated ? 2 : 0);
     out.state_columns = setup.options.precision == LIMAX_COMPENSATED ? 15 : 9;
     out.doing_ = format("stepping robots of %dx%dx%d voxels with %s in %s", setup.grid.nx,
@@ -335,6 +385,7 @@ scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, kernel_
     if (const uint64_t code = instances_code(setup.scene))
         step.defines.emplace("LIMAX_INSTANCES", std::to_string(code));
     add_scripts(setup.scene, step, prepare);
+    if (out.controlled) add_controller(setup, step, measure);
     out.define_shape(step);
     out.step_ = kernels.load(step);
     out.step_->allow_shared_memory("limax_advance",

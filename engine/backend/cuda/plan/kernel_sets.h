@@ -14,7 +14,9 @@ namespace limax::cuda {
 // The kernels of one simulation on one GPU.
 class scene_kernels {
 public:
-    bool damped = false, actuated = false, has_faces = false, meets = false, has_solid = false;
+    bool shares_velocity = false;  // as in kernels/scene.h
+    bool damped = false, actuated = false, has_faces = false, meets = false, has_solid = false,
+         controlled = false;
     int spring_columns = 0;  // parameters of a spring
     int state_columns = 0;   // of a robot's state
     std::shared_ptr<const block_plan> plan;
@@ -47,6 +49,7 @@ public:
         std::size_t exchange = 0, sums = 0, arrived = 0, after = 0;       // on the grid path
         std::size_t faces = 0;                                            // where laws act on faces
         std::size_t surface = 0, partners = 0, listed_at = 0, moved = 0;  // where masses meet
+            std::size_t control = 0, genes = 0, muscles = 0;  // of control_memory
         // of solid_columns, where there is a solid
         std::size_t solids = 0, solid_marks = 0, solid_touches = 0, solid_corners = 0,
                     solid_after = 0;

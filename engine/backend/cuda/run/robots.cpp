@@ -137,6 +137,9 @@ private:
     device_memory<float> listed_at_;
     device_memory<unsigned long long> moved_;
     device_memory<float> heights_;  // of the terrain
+    device_memory<R> control_;      // of a controller
+    device_memory<float> genes_, muscles_;
+    std::vector<R> saved_control_;  // what control_ held before sleep()
     device_memory<solid_record> solids_;
     device_memory<uint32_t> solid_marks_;
     device_memory<solid_touch<R>> solid_touches_;
@@ -168,6 +171,7 @@ void robots_on_gpu<R>::wake() {
             plan_robots(made);
         } else {
             state_.upload(saved_state_.data(), saved_state_.size(), stream_);
+            control_.upload(saved_control_.data(), saved_control_.size(), stream_);
         }
         lay_out_samples();
         device_records_.upload(records_.data(), count, stream_);
@@ -179,6 +183,7 @@ void robots_on_gpu<R>::wake() {
         throw;
     }
     saved_state_ = {};
+    saved_control_ = {};
     prepared_ = awake_ = true;
 }
 
@@ -188,6 +193,8 @@ void robots_on_gpu<R>::sleep() {
     each_kind([&](int32_t kind) { fetch_samples(kind); });
     saved_state_.resize(state_.size());
     state_.download(saved_state_.data(), saved_state_.size(), stream_);
+    saved_control_.resize(control_.size());
+    control_.download(saved_control_.data(), saved_control_.size(), stream_);
     stream_.synchronize("making room for other robots");
     release();
 }
@@ -223,6 +230,7 @@ pinned<prepared_robot> robots_on_gpu<R>::make_springs(std::size_t count) {
     launch.state = state_.data();
     launch.faces = faces_.data();
     launch.surface = surface_.data();
+    launch.muscles = muscles_.data();
     scene_.launch_prepare(gpu_, stream_, launch, unsigned(count));
     device_prepared.download(prepared.data(), count, stream_);
     stream_.synchronize("preparing robots");
@@ -275,6 +283,12 @@ void robots_on_gpu<R>::plan_robot(std::size_t local, const prepared_robot& prepa
         record.phase_per_step = muscles.per_step;
         record.ramp = muscles.ramp;
     }
+    record.tick = plan.tick;
+    if (plan.tick)
+        record.noise_seed =
+            setup_.bodies[std::size_t(robot)].hash +
+            uint64_t(setup_.scene.values(
+                effects::index_of<effects::control>)[effects::control::at_seed]);
     for (int kind = 0; kind < sample_kinds; ++kind) {
         record.every[kind] = plan.every[kind];
         record.next_sample[kind] = plan.every[kind] ? plan.settle_steps : never;

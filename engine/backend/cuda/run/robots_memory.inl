@@ -16,6 +16,7 @@ void robots_on_gpu<R>::release() {
     free(device_records_, device_running_, device_ranks_, device_cells_, mass_, springs_, state_,
          exchange_, sums_, arrived_, faces_, after_, surface_, partners_, listed_at_, moved_,
          solids_, solid_marks_, solid_touches_, solid_corners_, solid_after_, heights_,
+         control_, genes_, muscles_,
          device_summaries_);
     for (device_memory<double>& samples : device_samples_) free(samples);
 }
@@ -30,7 +31,8 @@ void robots_on_gpu<R>::allocate(std::size_t count) {
         make(memory, count * size, what + of_robots);
     };
     const std::size_t sites = std::size_t(sites_);
-    const std::size_t spring_size = std::size_t(scene_.spring_columns) * direction_count * sites;
+    const std::size_t spring_size =
+        std::size_t(scene_.spring_columns + (scene_.controlled ? 1 : 0)) * direction_count * sites;
     of_each(device_records_, 1, "the records");
     of_each(device_running_, 1, "the list");
     of_each(device_ranks_, sites, "the sites");
@@ -60,6 +62,18 @@ void robots_on_gpu<R>::allocate(std::size_t count) {
     of_each(solid_touches_, memory.solid_touches, "the blocks");
     of_each(solid_corners_, memory.solid_corners, "the blocks");
     of_each(solid_after_, memory.solid_after, "the blocks");
+    of_each(control_, memory.control, "the controllers");
+    control_.clear(stream_);
+    of_each(muscles_, memory.muscles, "the muscles");
+    of_each(genes_, memory.genes, "the genes of control");
+    if (memory.genes > 0) {
+        std::vector<float> genes(count * memory.genes);
+        for (std::size_t i = 0; i < count; ++i)
+            std::copy_n(setup_.control.begin() + int64_t(robots_[i]) * setup_.control_genes,
+                        setup_.scene.controller().genes, genes.begin() + i * memory.genes);
+        genes_.upload(genes.data(), genes.size(), stream_);
+        stream_.synchronize("copying genes");
+    }
     if (scene_.on_grid()) {
         of_each(exchange_, memory.exchange, "the exchange");
         of_each(sums_, memory.sums, "the sums");

@@ -106,6 +106,7 @@ void robots_on_gpu<R>::enqueue_slice(int64_t most) {
     launch.solids = {solids_.data(),        solid_marks_.data(),
                      solid_touches_.data(), solid_corners_.data(),
                      solid_after_.data(),   device_samples_[LIMAX_TRACE_BLOCK].data()};
+    launch.control = {control_.data(), genes_.data(), muscles_.data()};
     measure_launch<R> measure = scene_.template measure_arguments<R>();
     measure.records = launch.records;
     measure.running = launch.running;
@@ -114,6 +115,7 @@ void robots_on_gpu<R>::enqueue_slice(int64_t most) {
     measure.springs = launch.springs;
     measure.state = launch.state;
     measure.surface = surface_.data();
+    measure.control = control_.data();
     launch.scene.heights.heights = measure.scene.heights.heights = heights_.data();
     for (int kind = 0; kind < sample_kinds; ++kind)
         launch.samples[kind] = measure.samples[kind] = device_samples_[kind].data();
