@@ -147,17 +147,20 @@ typedef struct limax_encoding_options {
     int32_t materials;    /* classes of the softmax, 2 to LIMAX_MAX_MATERIALS */
     double initial_scale; /* factor on the initial weights, 0 to 100 */
     uint64_t seed;
-    uint32_t repetition; /* 1 to 2^24 - 1 */
-    int32_t network;     /* limax_network */
-    int32_t genes;       /* numbers of a genome, 1 to 2^24; none */
-    int32_t reserved;
+    uint32_t repetition;   /* 1 to 2^24 - 1 */
+    int32_t network;       /* limax_network */
+    int32_t genes;         /* numbers of a genome, 1 to 2^24, or 0 with genes of control; none */
+    int32_t control_genes; /* that follow the others in a genome and give no body, 0 to 4096 */
+    double control_spread; /* standard deviation of their initial values, 0 to 100 */
 } limax_encoding_options;
 
 /* Computes what the network reads of every voxel centre; B is drawn for this seed and repetition.
  */
 limax_status limax_encoding_create(const limax_encoding_options* options, limax_encoding** out);
 void limax_encoding_free(limax_encoding* encoding);
+/* Of a genome: those of the network, then those of control. */
 int32_t limax_encoding_genes(const limax_encoding* encoding);
+int32_t limax_encoding_control_genes(const limax_encoding* encoding);
 /* Null where the network has none: B, [feature][3], of fourier; the inputs of the first layer, of
  * fourier cos, sin: [2 m][voxel], of cppn x, y, z, distance: [4][voxel]. */
 const double* limax_encoding_matrix(const limax_encoding* encoding);
@@ -238,8 +241,8 @@ limax_status limax_population_text(const limax_population* population, int32_t f
                                    const char* letters, char* out);
 
 /* Random genomes of a range of robots: weights N(0, 1 / fan_in) times initial_scale, biases 0;
- * without layers N(0, initial_scale^2). 0 is the first generation; every other one gives new
- * robots.
+ * without layers N(0, initial_scale^2). Genes of control are N(0, control_spread^2). 0 is the first
+ * generation; every other one gives new robots.
  */
 limax_status limax_population_initialize(limax_population* population, uint32_t generation,
                                          limax_device* device, int32_t first, int32_t count);
@@ -266,6 +269,9 @@ typedef struct limax_breeding {
     uint32_t generation; /* of the children */
     int32_t elites;      /* the first `elites` children are copies of their first parent */
     int32_t reserved;
+    /* of the genes of control, instead of mutation_rate and mutation_scale */
+    double control_mutation_rate;
+    double control_mutation_scale;
 } limax_breeding;
 
 /* Writes the genomes of a range of children. `pairs` is [child][2], indices into `parents`. */
@@ -276,13 +282,14 @@ limax_status limax_population_breed(limax_population* children, const limax_popu
 typedef struct limax_diversity {
     double hamming;   /* mean share of voxels in which two robots of the set differ, 0 to 1 */
     double genotype;  /* root mean square over genes of the standard deviation over the set */
+    double control;   /* the same of the genes of control, which genotype leaves out */
     int32_t distinct; /* number of different bodies */
     int32_t robots;   /* size of the set */
     double material_shares[16]; /* mean share of each material over all voxels of the set */
 } limax_diversity;
 
-/* `robots` lists `count` indices. Linear in the set. Genotype is NaN without genomes; hamming is 0
- * for one robot. */
+/* `robots` lists `count` indices. Linear in the set. Genotype and control are NaN without such
+ * genes; hamming is 0 for one robot. */
 limax_status limax_population_diversity(const limax_population* population, const int32_t* robots,
                                         int32_t count, limax_diversity* out);
 

@@ -35,6 +35,7 @@ local weights_rule =
 ---@class limax.diversity
 ---@field hamming number mean share of voxels in which two of the robots differ
 ---@field genotype number|nil root mean square over genes of the deviation; nil without genomes
+---@field control number|nil the same of the genes of control, which genotype leaves out
 ---@field distinct integer different bodies
 ---@field robots integer
 ---@field material_shares number[] of each material over all voxels, the empty one first
@@ -261,6 +262,7 @@ function methods:diversity(robots)
   return {
     hamming = out.hamming, distinct = out.distinct, robots = out.robots, material_shares = shares,
     genotype = out.genotype == out.genotype and out.genotype or nil,
+    control = out.control == out.control and out.control or nil,
   }
 end
 

@@ -26,17 +26,19 @@ local genome_rules = {
   hidden = schema.list(schema.field(genome.hidden), { most = tonumber(C.LIMAX_MAX_HIDDEN),
     default = { hidden_width, hidden_width }, expected = "a list of up to 8 layer widths" }),
   initial_scale = schema.field(genome.initial_scale),
+  control_spread = schema.field(genome.control_spread),
 }
 local options_rules = {
   lattice = lattice_rule, materials = schema.whole(-MOST, MOST, 5), seed = schema.seed,
   repetition = schema.whole(1, MOST, 1), network = schema.choice(names.network.names),
-  genes = schema.whole(1, 2 ^ 24),
+  genes = schema.whole(0, 2 ^ 24), control_genes = schema.whole(0, 4096, 0),
 }
 for name, rule in pairs(genome_rules) do options_rules[name] = rule end
 local options_rule = schema.fields(options_rules)
 
 ---@class limax.encoding : limax.object
 ---@field genes integer numbers in a genome
+---@field control_genes integer the last of these, which give no body
 ---@field lattice integer[]
 ---@field network string
 ---@field features_count integer m, rows of the matrix; 0 if the network has none
@@ -44,7 +46,9 @@ local options_rule = schema.fields(options_rules)
 ---@class limax.encoding_options
 ---@field lattice integer[] voxels along x, y, z
 ---@field network "fourier"|"cppn"|"direct"|"none"|nil what the genes are; "fourier"
----@field genes integer|nil of a genome of network "none"
+---@field genes integer|nil of a genome of network "none", without those of control
+---@field control_genes integer|nil that follow the others in a genome, 0 to 4096; 0
+---@field control_spread number|nil standard deviation of their initial values; 0
 ---@field features integer|nil m, rows of the matrix, of "fourier"; 16
 ---@field sigma number|nil standard deviation of its entries; 0.15
 ---@field hidden integer[]|nil width of each hidden layer, of "fourier" and "cppn"; { 32, 32 }
@@ -66,7 +70,8 @@ local function encoding(options)
   for axis = 1, 3 do o.lattice[axis - 1] = lattice[axis] end
   o.hidden_count = #options.hidden
   for i, width in ipairs(options.hidden) do o.hidden[i - 1] = width end
-  for _, name in ipairs { "features", "sigma", "initial_scale", "materials", "repetition" } do
+  for _, name in ipairs { "features", "sigma", "initial_scale", "materials", "repetition",
+    "control_genes", "control_spread" } do
     o[name] = options[name]
   end
   options.network = options.network or "fourier"
@@ -84,6 +89,7 @@ local function encoding(options)
       features_count = options.network == "fourier" and o.features or 0,
       voxels = lattice[1] * lattice[2] * lattice[3] })
   object.set(self, "genes", C.limax_encoding_genes(self.handle))
+  object.set(self, "control_genes", C.limax_encoding_control_genes(self.handle))
   return self
 end
 

@@ -32,8 +32,12 @@ local breeding_rules = { seed = schema.required(schema.seed),
   repetition = schema.required(schema.whole(1, MOST)),
   generation = schema.required(schema.whole(0, MOST)), elites = schema.whole(0, MOST, 0) }
 for name, field in pairs(fields.of "breeding") do
-  field.value = nil -- no default
-  breeding_rules[name] = schema.required(schema.field(field))
+  if name:match "^control_" then
+    breeding_rules[name] = schema.field(field)
+  else
+    field.value = nil -- no default
+    breeding_rules[name] = schema.required(schema.field(field))
+  end
 end
 local breeding_rule = schema.fields(breeding_rules)
 local check_rule = schema.fields { require_muscle = schema.boolean(false),
@@ -45,12 +49,15 @@ local generation_rule = schema.whole(0, MOST, 0)
 ---@class limax.population : limax.object
 ---@field count integer robots
 ---@field genes integer numbers in a genome, 0 without an encoding
+---@field control_genes integer the last of these, which give no body
 ---@field lattice integer[] voxels along x, y, z
 
 ---@class limax.breeding
 ---@field mutation_rate number per gene, 0 to 1
 ---@field mutation_scale number standard deviation of a mutation
 ---@field crossover_rate number chance of a gene to come from the second parent, 0 to 1
+---@field control_mutation_rate number|nil of the genes of control; 0.1, as the next
+---@field control_mutation_scale number|nil
 ---@field seed number|string
 ---@field repetition integer
 ---@field generation integer of the children
@@ -71,7 +78,8 @@ local function population(options)
   return object.make(class, "population", function(out)
     return C.limax_population_create(ffi.new("int32_t[3]", lattice), count, coder_handle, out)
   end, {
-    count = count, genes = coder and coder.genes or 0, lattice = lattice,
+    count = count, genes = coder and coder.genes or 0,
+    control_genes = coder and coder.control_genes or 0, lattice = lattice,
     voxels_each = lattice[1] * lattice[2] * lattice[3], bodies_life = object.life(),
     -- of views through which a script writes bodies
     writing_life = object.life(),
@@ -122,7 +130,8 @@ local function genomes_of(self, what)
 end
 
 --- Draws random genomes: weights N(0, 1 / fan_in) times the encoding's initial_scale, biases 0; of
---- "direct" and "none" N(0, initial_scale^2). Each generation gives new ones.
+--- "direct" and "none" N(0, initial_scale^2); genes of control N(0, control_spread^2). Each
+--- generation gives new ones.
 ---@param first integer|nil
 ---@param count integer|nil
 ---@param generation integer|nil of the robots; 0, the first, if left out
@@ -238,6 +247,11 @@ function methods:genome(i)
   return view.new(self, "a genome", "float", genomes + (i - 1) * self.genes, { self.genes })
 end
 
+-- What a view of genes accepts.
+local function writing_range(refusal)
+  return refusal and { minimum = math.huge, maximum = -math.huge, refusal = refusal } or FINITE
+end
+
 --- Genomes for a script to write: `view[gene] = x` takes finite numbers. Express the robots after
 --- writing. Ends when the population is initialized, bred or freed, or its genomes are set.
 ---@param i integer|nil the robot; all if left out
@@ -248,8 +262,29 @@ function methods:genome_view(i, refusal)
   local genomes = genomes_of(self, what)
   if i ~= nil then genomes = genomes + (schema.index(what, i, self.count) - 1) * self.genes end
   return view.new(self, i and ("genome %d"):format(i) or "genomes", "float", genomes,
-    i and { self.genes } or { self.count, self.genes }, { range = refusal
-      and { minimum = math.huge, maximum = -math.huge, refusal = refusal } or FINITE })
+    i and { self.genes } or { self.count, self.genes }, { range = writing_range(refusal) })
+end
+
+--- The genes of control, the end of each genome, to be written as by genome_view.
+---@param i integer|nil the robot; all if left out
+---@param refusal? string the message of any write, for a view that may only be read
+---@return limax.view [gene], or [robot][gene] of all
+function methods:control_view(i, refusal)
+  local genomes = genomes_of(self, "population:control_view")
+  local all = view.new(self, "genes of control", "float", genomes + self.genes - self.control_genes,
+    { self.count, self.control_genes },
+    { strides = { self.genes, 1 }, range = writing_range(refusal) })
+  return i and all[schema.index("population:control_view", i, self.count)] or all
+end
+
+--- A copy of the genes of control of robot i; nil without any.
+---@param i integer
+---@return number[]|nil
+function methods:control(i)
+  if self.control_genes == 0 then return nil end
+  local genome, list = self:genome_copy(i), {}
+  for k = 1, self.control_genes do list[k] = genome[self.genes - self.control_genes + k] end
+  return list
 end
 
 -- Copies genomes into memory, its own if left out.

@@ -87,6 +87,9 @@ void limax_encoding_free(limax_encoding* encoding) { delete encoding; }
 int32_t limax_encoding_genes(const limax_encoding* encoding) {
     return value_or(0, encoding, "encoding", [&] { return encoding->it->genes(); });
 }
+int32_t limax_encoding_control_genes(const limax_encoding* encoding) {
+    return value_or(0, encoding, "encoding", [&] { return encoding->it->control_genes(); });
+}
 const double* limax_encoding_matrix(const limax_encoding* encoding) {
     return value_or<const double*>(nullptr, encoding, "encoding",
                                    [&] { return encoding->it->matrix(); });

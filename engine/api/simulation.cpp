@@ -111,6 +111,16 @@ limax::simulation_setup limax::api::make_setup(const limax::population& populati
         std::copy_n(population.weights(), 3 * voxels, setup.weights.begin());
         check_bodies(setup, materials);
     }
+    setup.control_genes = population.control_genes();
+    if (setup.control_genes > 0) {
+        const int64_t genes = population.genes(), of_control = setup.control_genes;
+        std::vector<float> genomes(static_cast<std::size_t>(genes * setup.count));
+        population.read_genomes(0, setup.count, genomes.data());
+        for (int64_t i = 1; i <= setup.count; ++i) {
+            const auto end = genomes.begin() + i * genes;
+            setup.control.insert(setup.control.end(), end - of_control, end);
+        }
+    }
     if (scene.controller().genes > setup.control_genes)
         fail(LIMAX_INVALID_ARGUMENT,
              format("scene.control reads %d genes of control; the robots have %d",

@@ -32,7 +32,7 @@ struct simulation_setup {
     mutable array<float> weights;    // [robot][3][voxel]      where bodies are on a device
     std::vector<limax_body> bodies;  // [robot]
     std::vector<float> control;      // genes of control, [robot][control_genes]
-    int control_genes = 0;
+    int32_t control_genes = 0;
     std::vector<uint8_t> mask;       // robots to simulate, [robot]
 
     // Largest relative change of rest length of a muscle.

@@ -32,11 +32,28 @@ inline constexpr limax_field_info genome_fields[] = {
     {"sigma", "1", "standard deviation of B's entries; small: large pieces", 1, 0, 0, 100, {0.15}},
     {"hidden", "neurons", "of each hidden layer", 1, 1, 1, 1024, {32}},
     {"initial_scale", "1", "factor on the initial weights", 1, 0, 0, 100, {1}},
+    {"control_spread",
+     "1",
+     "standard deviation of the initial genes of control",
+     1,
+     0,
+     0,
+     100,
+     {0}},
 };
 inline constexpr limax_field_info breeding_fields[] = {
     {"mutation_rate", "per gene", "probability of a mutation", 1, 0, 0, 1, {0.1}},
     {"mutation_scale", "1", "standard deviation of a mutation", 1, 0, 0, 100, {0.1}},
     {"crossover_rate", "per gene", "probability of a gene of the second parent", 1, 0, 0, 1, {0.4}},
+    {"control_mutation_rate",
+     "per gene",
+     "mutation_rate of the genes of control",
+     1,
+     0,
+     0,
+     1,
+     {0.1}},
+    {"control_mutation_scale", "1", "mutation_scale of the genes of control", 1, 0, 0, 100, {0.1}},
 };
 
 template <std::size_t n>

@@ -28,8 +28,9 @@ LIMAX_LAW float initial_gene(const random_key& key, uint32_t gene, double deviat
     return float(deviation * random_normal(key, deviate_draw(gene)));
 }
 
-// A gene of a first genome: weights by the inputs of their layer, biases 0, and genes that belong
-// to no layer N(0, scale^2). `deviation` [layers + 1] is that of initial_deviations().
+// A gene of a first genome: weights by the inputs of their layer, biases 0, genes that belong to no
+// layer N(0, scale^2), and then genes of control. `deviation` [layers + 2] is that of
+// initial_deviations().
 LIMAX_LAW float initial_gene(const network_shape& shape, const double* deviation,
                              const random_key& key, int32_t gene) {
     int32_t layer = 0, of_layer = gene;
@@ -37,14 +38,19 @@ LIMAX_LAW float initial_gene(const network_shape& shape, const double* deviation
         of_layer -= shape.genes_of_layer(layer++);
     if (layer < shape.layers && of_layer >= shape.width[layer] * shape.width[layer + 1])
         return 0.0f;
+    if (layer == shape.layers && of_layer >= shape.free_genes && deviation[++layer] == 0)
+        return 0.0f;
     return initial_gene(key, uint32_t(gene), deviation[layer]);
 }
 
-// Standard deviations of the weights of each layer and, last, of genes that belong to none.
-LIMAX_LAW void initial_deviations(const network_shape& shape, double scale, double* deviation) {
+// Standard deviations of the weights of each layer, of genes that belong to none and of genes of
+// control.
+LIMAX_LAW void initial_deviations(const network_shape& shape, double scale, double control_spread,
+                                  double* deviation) {
     for (int32_t layer = 0; layer < shape.layers; ++layer)
         deviation[layer] = initial_deviation(scale, shape.width[layer]);
     deviation[shape.layers] = scale;
+    deviation[shape.layers + 1] = control_spread;
 }
 
 // A gene of a child that is not an elite. `key` has the stream `breeding`, the child's generation

@@ -22,7 +22,7 @@ limax_diversity population::diversity(const int32_t* robots, int32_t count) cons
     limax_diversity out = {};
     out.robots = count;
     out.hamming = hamming(robots, count);
-    out.genotype = code_ ? genotype(robots, count) : std::nan("");
+    genotype(robots, count, out);
 
     std::vector<uint64_t> hashes;
     hashes.reserve(static_cast<std::size_t>(count));
@@ -78,7 +78,9 @@ double population::hamming(const int32_t* robots, int32_t count) const {
 
 // Two passes, mean first: a difference of squares would lose the digits of a nearly converged
 // population.
-double population::genotype(const int32_t* robots, int32_t count) const {
+void population::genotype(const int32_t* robots, int32_t count, limax_diversity& out) const {
+    out.genotype = out.control = std::nan("");
+    if (!code_) return;
     const auto genes = static_cast<std::size_t>(code_->genes());
     std::vector<double> square(genes, 0.0);
     if (genomes_at_.device && !genomes_at_.lent) {
@@ -99,10 +101,15 @@ double population::genotype(const int32_t* robots, int32_t count) const {
             }
         }
     }
-    const double sum = std::accumulate(square.begin(), square.end(), 0.0);
-    const double deviation = std::sqrt(sum / (double(count) * double(genes)));
-    // the bits of NaN differ between devices
-    return std::isnan(deviation) ? std::nan("") : deviation;
+    const auto mean_deviation = [&](auto begin, auto end) {
+        const double sum = std::accumulate(begin, end, 0.0);
+        const double deviation = std::sqrt(sum / (double(count) * double(end - begin)));
+        // the bits of NaN differ between devices
+        return std::isnan(deviation) ? std::nan("") : deviation;
+    };
+    const auto control = square.end() - control_genes();
+    out.genotype = mean_deviation(square.begin(), control);
+    out.control = mean_deviation(control, square.end());
 }
 
 }  // namespace limax

@@ -17,7 +17,7 @@ static_assert(int32_t(network_law::direct) == LIMAX_NETWORK_DIRECT);
 static_assert(int32_t(network_law::none) == LIMAX_NETWORK_NONE);
 
 constexpr int32_t cppn_inputs = 4;
-constexpr int32_t most_free_genes = 1 << 24;
+constexpr int32_t most_free_genes = 1 << 24, most_control_genes = 4096;
 
 const limax_encoding_options& checked(const limax_encoding_options& options) {
     require_range("network", options.network, LIMAX_NETWORK_FOURIER, LIMAX_NETWORK_NONE, "");
@@ -32,7 +32,11 @@ const limax_encoding_options& checked(const limax_encoding_options& options) {
             require_field(genome_fields, "hidden", options.hidden[layer],
                           format("width of hidden layer %d", layer + 1).c_str());
     }
-    if (law == network_law::none) require_range("genes", options.genes, 1, most_free_genes, "");
+    require_range("control_genes", options.control_genes, 0, most_control_genes, "");
+    require_field(genome_fields, "control_spread", options.control_spread);
+    if (law == network_law::none)
+        require_range("genes", options.genes, options.control_genes > 0 ? 0 : 1, most_free_genes,
+                      "");
     require_range("materials", options.materials, 2, LIMAX_MAX_MATERIALS, "");
     require_field(genome_fields, "initial_scale", options.initial_scale);
     require_range("repetition", options.repetition, 1, most_repetitions, "");

@@ -22,7 +22,9 @@ public:
     const limax_encoding_options& options() const { return options_; }
     const lattice& grid() const { return grid_; }
     const network_shape& shape() const { return shape_; }
-    int32_t genes() const { return shape_.genes(); }
+    // Of a genome: those of the network, then those of control.
+    int32_t genes() const { return shape_.genes() + options_.control_genes; }
+    int32_t control_genes() const { return options_.control_genes; }
     const double* matrix() const { return matrix_.data(); }  // B, [feature][3]; fourier only
     // Fourier: cos rows, then sin rows, [2 m][voxel]; cppn: x, y, z, r, [4][voxel]; else none.
     const float* features() const { return features_.data(); }

@@ -205,8 +205,8 @@ void population::initialize(uint32_t generation, int32_t first, int32_t count,
         return;
     }
     genomes_to_host();
-    double deviation[most_hidden_layers + 2];
-    initial_deviations(shape, options.initial_scale, deviation);
+    double deviation[most_hidden_layers + 3];
+    initial_deviations(shape, options.initial_scale, options.control_spread, deviation);
     each(count, [&](int index) {
         const int32_t robot = first + index;
         const random_key key{options.seed, options.repetition, LIMAX_STREAM_INITIAL, generation,
@@ -322,9 +322,14 @@ void population::breed(const population& parents, const int32_t* pairs,
     if (parents.genes() != genes())
         fail(LIMAX_INVALID_ARGUMENT,
              format("the parents have %d genes, the children %d", parents.genes(), genes()));
+    if (parents.control_genes() != control_genes())
+        fail(LIMAX_INVALID_ARGUMENT, format("the parents have %d genes of control, the children %d",
+                                            parents.control_genes(), control_genes()));
     require_field(breeding_fields, "mutation_rate", breeding.mutation_rate);
     require_field(breeding_fields, "mutation_scale", breeding.mutation_scale);
     require_field(breeding_fields, "crossover_rate", breeding.crossover_rate);
+    require_field(breeding_fields, "control_mutation_rate", breeding.control_mutation_rate);
+    require_field(breeding_fields, "control_mutation_scale", breeding.control_mutation_scale);
     require_range("repetition", breeding.repetition, 1, most_repetitions, "");
     require_range("elites", breeding.elites, 0, count_, "");
     for (int32_t child = first; child < first + count; ++child)
@@ -347,7 +352,9 @@ void population::breed(const population& parents, const int32_t* pairs,
     const float* const of_parents = parents.genomes();
     const breeding_rates rates{breeding.mutation_rate, breeding.mutation_scale,
                                breeding.crossover_rate};
-    const int32_t genome_size = genes();
+    const breeding_rates control_rates{breeding.control_mutation_rate,
+                                       breeding.control_mutation_scale, breeding.crossover_rate};
+    const int32_t genome_size = genes(), of_network = genome_size - control_genes();
     each(count, [&](int index) {
         const int32_t child = first + index;
         const random_key key{breeding.seed, breeding.repetition, LIMAX_STREAM_BREEDING,
@@ -361,7 +368,8 @@ void population::breed(const population& parents, const int32_t* pairs,
             return;
         }
         for (int32_t gene = 0; gene < genome_size; ++gene)
-            genome[gene] = child_gene(rates, key, uint32_t(gene), of_first[gene], of_second[gene]);
+            genome[gene] = child_gene(gene < of_network ? rates : control_rates, key,
+                                      uint32_t(gene), of_first[gene], of_second[gene]);
     });
     forget(first, count);
 }

@@ -35,6 +35,7 @@ public:
     const lattice& grid() const { return grid_; }
     const std::shared_ptr<const encoding>& code() const { return code_; }
     int32_t genes() const { return code_ ? code_->genes() : 0; }
+    int32_t control_genes() const { return code_ ? code_->control_genes() : 0; }
     const limax_body* bodies() const { return bodies_.data(); }  // [robot]
 
     // Arrays on the host, copied from the device when first needed. The const ones are valid until
@@ -96,7 +97,7 @@ private:
     void judge(const material_table& materials, bool require_muscle, int32_t robot);
     void describe(const material_table& materials, bool require_muscle, int32_t robot);
     double hamming(const int32_t* robots, int32_t count) const;
-    double genotype(const int32_t* robots, int32_t count) const;
+    void genotype(const int32_t* robots, int32_t count, limax_diversity& out) const;
 
     void genomes_to_host() const;
     void bodies_to_host() const;

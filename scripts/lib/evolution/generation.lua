@@ -492,13 +492,15 @@ end
 -- ---- breeding -----------------------------------------------------------------------------------
 
 local breed_fields = schema.fields { parents = schema.any, elites = schema.any,
-  mutation_rate = schema.any, mutation_scale = schema.any, crossover_rate = schema.any }
+  mutation_rate = schema.any, mutation_scale = schema.any, crossover_rate = schema.any,
+  control_mutation_rate = schema.any, control_mutation_scale = schema.any }
 
 --- Chooses from what the next generation is bred, when the body of the loop ends. `parents` holds a
 --- pair of indices per offspring and `elites` the robots that are copied; what is left out comes
 --- from the experiment. The numbers of elites and pairs add up to the population.
 ---@param choice? { parents?: integer[][], elites?: integer[], mutation_rate?: number,
---- mutation_scale?: number, crossover_rate?: number }
+--- mutation_scale?: number, crossover_rate?: number, control_mutation_rate?: number,
+--- control_mutation_scale?: number }
 ---@return limax.population.scored self
 function Population:breed(choice)
   local checked, message = breed_fields(choice, "breed")

@@ -81,7 +81,8 @@ function world.new(experiment, options)
     measured = experiment.measured, archive = experiment.archive,
     is_divided = exchange.count > 1, first_materials = first,
     first_fields = materials.fields(first),
-    limits = proposals.limits(config.population, config.supervision.ranges, config.supervision),
+    limits = proposals.limits(config.population, config.supervision.ranges, config.supervision,
+      config.breeding),
     on_progress = options.on_progress, say = once(options.say or print_warning) }, World)
   -- refuses a lattice that this machine cannot hold before anything large is made
   engine.population({ lattice = config.lattice, count = config.population }):free()

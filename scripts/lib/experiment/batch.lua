@@ -12,7 +12,8 @@ local batch = {}
 ---@field generation integer that they belong to; an express has neither this nor the last three
 ---@field lattice integer[] voxels along x, y, z
 ---@field materials limax.materials the empty one first
----@field parameters table<string, number> mutation_rate, mutation_scale, crossover_rate
+---@field parameters table<string, number> mutation_rate, mutation_scale, crossover_rate, and with
+--- genes of control control_mutation_rate, control_mutation_scale
 ---@field state table|nil of the experiment's functions
 ---@field rows limax.row[] of all robots, in a mutation or crossover
 local methods = strict.methods "robots"
@@ -78,25 +79,33 @@ local function each_run(self, name, rows, work)
 end
 
 -- Robot i of a view of all robots, which is made once and ends when the engine writes.
-local function part_of(self, name, i)
+local function part_of(self, name, i, of_genes)
   local parts = self.parts
   if not parts.has[i] then require_row(self, i, "robot") end
-  local refusal = parts.express and name == "genome_view"
-    and "express may not write genes: " .. batch.GENES_ONLY or nil
-  parts[name] = parts[name] or parts.population[name](parts.population, nil, refusal)
+  if not parts[name] then
+    local refusal = parts.express and of_genes
+      and "express may not write genes: " .. batch.GENES_ONLY or nil
+    parts[name] = parts.population[name](parts.population, nil, refusal)
+  end
   return parts[name][i]
 end
 
 local function end_views(self)
-  for _, name in ipairs { "genome_view", "voxels_view", "weights_view" } do
+  for _, name in ipairs { "genome_view", "control_view", "voxels_view", "weights_view" } do
     self.parts[name] = nil
   end
 end
 
---- The genes of robot i, to read and write.
+--- The genes of robot i, to read and write; the genes of control come last.
 ---@param i integer
 ---@return limax.view [gene]
-function methods:genes(i) return part_of(self, "genome_view", i) end
+function methods:genes(i) return part_of(self, "genome_view", i, true) end
+
+--- The genes of control of robot i, to read and write: the end of robots:genes(i); of length 0
+--- where no scene needs any.
+---@param i integer
+---@return limax.view [gene]
+function methods:control(i) return part_of(self, "control_view", i, true) end
 
 --- The material of each voxel of robot i, to read and write: 0 is the empty one. Voxel (x, y, z),
 --- counted from 0, is number 1 + x + nx (y + ny z).
@@ -161,6 +170,8 @@ local function breed(self, name, rows, parents, pairs_of_parents, rates)
     parts.population:breed(parents, of_rows, { seed = parts.seed,
       repetition = parts.repetition, generation = self.generation,
       mutation_rate = rates.mutation_rate or 0, mutation_scale = rates.mutation_scale or 0,
+      control_mutation_rate = rates.control_mutation_rate or 0,
+      control_mutation_scale = rates.control_mutation_scale or 0,
       crossover_rate = rates.crossover_rate or 0 }, parts.device, first, count)
   end)
 end
@@ -174,12 +185,14 @@ function methods:cross(rows, rate)
     { crossover_rate = rate or self.parameters.crossover_rate })
 end
 
-local RATES = { mutation_rate = true, mutation_scale = true }
+local RATES = { mutation_rate = true, mutation_scale = true, control_mutation_rate = true,
+  control_mutation_scale = true }
 
---- Gaussian mutation by the engine: each gene changes with this chance by N(0, scale^2).
+--- Gaussian mutation by the engine: each gene changes with this chance by N(0, scale^2); genes of
+--- control have a rate and a scale of their own.
 ---@param rows? integer[] all of these robots if left out
----@param rates? { mutation_rate?: number, mutation_scale?: number } those of the parameters if
---- left out
+---@param rates? { mutation_rate?: number, mutation_scale?: number, control_mutation_rate?: number,
+--- control_mutation_scale?: number } those of the parameters if left out
 function methods:mutate(rows, rates)
   rates = rates or {}
   if type(rates) ~= "table" then
@@ -190,9 +203,9 @@ function methods:mutate(rows, rates)
   local before = self.parts.empty()
   before:set_genomes(population:genomes_array())
   for i = 1, population.count do same[i] = { i, i } end
-  breed(self, "mutate", rows, before, same, {
-    mutation_rate = rates.mutation_rate or self.parameters.mutation_rate,
-    mutation_scale = rates.mutation_scale or self.parameters.mutation_scale })
+  local used = {}
+  for name in pairs(RATES) do used[name] = rates[name] or self.parameters[name] end
+  breed(self, "mutate", rows, before, same, used)
   before:free()
 end
 

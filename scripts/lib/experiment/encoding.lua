@@ -15,6 +15,7 @@ local encoding = strict.module "limax.encoding"
 ---@field network "fourier"|"cppn"|"direct"|nil of the engine, which then counts the genes
 ---@field genes integer|fun(context: limax.encoding.context): integer of a robot, without a network
 ---@field initialize? fun(robots: limax.batch) the genes of new robots; else N(0, initial_scale^2)
+---@field control_genes integer|nil that follow the others; of the scene's controller
 ---@field express fun(robots: limax.batch) genes to voxels and weights
 ---@field cross? fun(robots: limax.batch) genes of the parents to genes of the offspring
 ---@field mutate? fun(robots: limax.batch) changes the genes of the offspring
@@ -132,7 +133,8 @@ function encoding.of_engine(definition, genome, shape)
   schema.demand(schema.table, shape, what .. "shape")
   return engine.encoding { network = definition.network or "none", genes = definition.genes,
     features = genome.features, sigma = genome.sigma, hidden = genome.hidden,
-    initial_scale = genome.initial_scale, lattice = shape.lattice, materials = shape.materials,
+    initial_scale = genome.initial_scale, control_genes = definition.control_genes,
+    control_spread = genome.control_spread, lattice = shape.lattice, materials = shape.materials,
     seed = shape.seed, repetition = shape.repetition }
 end
 

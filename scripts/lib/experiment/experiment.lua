@@ -2,6 +2,7 @@
 --- fills in the defaults and resolves names (materials, tier, fitness, selection, supervisor). The
 --- result holds a plain `config` that can be written as JSON.
 
+local control_genes = require "limax.settings.control_genes"
 local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
@@ -15,6 +16,7 @@ local schema = require "limax.engine.schema"
 local settings = require "limax.settings.settings"
 local prompt = require "limax.supervise.llm.prompt"
 local proposals = require "limax.supervise.proposals"
+local robot_file = require "limax.robot.robot_file"
 local source = require "limax.base.source"
 local strict = require "limax.engine.strict"
 local trials = require "limax.experiment.trials"
@@ -115,7 +117,8 @@ end
 -- Robots that a repetition may simulate. No default: generations are the limit.
 local evaluations = schema.number { unit = "robots", minimum = 2, maximum = 1e9, integer = true }
 
-local genome_fields = { encoding = anything, mutation = anything, crossover = anything }
+local genome_fields = { encoding = anything, mutation = anything, crossover = anything,
+  body = schema.path }
 for name, rule in pairs(require("limax.engine.encoding").genome_rules) do
   genome_fields[name] = rule
 end
@@ -211,13 +214,15 @@ local function default_name(spec, origin)
 end
 
 -- Files that an experiment names and that take effect as its script does: the prompts of a language
--- model, and the parser of its answers.
+-- model, the parser of its answers, and the body of its robots.
 local function named_scripts(spec, base)
   local options, list = type(spec.supervisor) == "table" and spec.supervisor or {}, {}
   for name, place in pairs { parse = source.beside, prompt = prompt.path, again = prompt.path } do
     local path = type(options[name]) == "string" and place(options[name], base)
     if path then list[#list + 1] = host.file.absolute(path) end
   end
+  local body = spec.genome and spec.genome.body
+  if body then list[#list + 1] = host.file.absolute((source.beside(body, base))) end
   return list
 end
 
@@ -252,6 +257,33 @@ local function read_world(self)
   self.config.scene, message =
     self.read.scene(spec.scene == nil and defaults.scene or spec.scene)
   return message
+end
+
+-- Reads the body of `genome.body`, whose lattice and edge hold where the script names none.
+local function read_body(self)
+  local config, spec = self.config, self.spec
+  local named = config.genome.body
+  if named == nil then return nil end
+  if spec.genome.encoding ~= nil then
+    return "genome.body: all robots have this body: remove genome.encoding"
+  end
+  local path, message = source.beside(named, self.base)
+  if message then return "genome.body: " .. message end
+  self.body, message = named_parts.resolved("genome.body", function(file)
+    return (robot_file.read(file))
+  end, path)
+  if message then return message end
+  local own = spec.lattice == nil and self.body.lattice or config.lattice
+  for axis = 1, 3 do
+    if own[axis] ~= self.body.lattice[axis] then
+      return ("lattice: expected that of genome.body, { %d, %d, %d }, or none"):format(
+        unpack(self.body.lattice))
+    end
+  end
+  config.lattice = own
+  if not (spec.simulation and spec.simulation.edge) then
+    config.simulation.edge = self.body.edge
+  end
 end
 
 local function find_parts(self)
@@ -306,9 +338,11 @@ end
 
 local function complete_genome(self)
   local message
-  self.encoding, message, self.variation = named_parts.genome(self.config, self.spec, self.base)
+  local count = control_genes.of_trials(self.trials.list)
+  self.encoding, message, self.variation =
+    named_parts.genome(self.config, self.spec, self.base, self.body, count)
   if message then return message end
-  add_notes(self, named_parts.unused(self.spec, self.parts, self.variation))
+  add_notes(self, named_parts.unused(self.spec, self.parts, self.variation, count))
 end
 
 -- Describes what the script named, for config.json.
@@ -357,8 +391,8 @@ end
 local function resolve(spec, origin)
   local self = { spec = spec, origin = origin, notes = {}, read = readers(origin),
     base = origin and source.folder_of(origin) }
-  for _, step in ipairs { check_fields, read_world, find_parts, complete_record, complete_trials,
-    complete_genome, describe_parts, check_together } do
+  for _, step in ipairs { check_fields, read_world, read_body, find_parts, complete_record,
+    complete_trials, complete_genome, describe_parts, check_together } do
     local message = step(self)
     if message then return nil, message end
   end

@@ -11,7 +11,7 @@ local genes = {}
 ---@field variation { mutation: limax.variation.step, crossover: limax.variation.step }
 ---@field lattice integer[] voxels along x, y, z
 ---@field materials limax.materials
----@field parameters table<string, number> mutation_rate, mutation_scale, crossover_rate
+---@field parameters table<string, number> as of limax.batch
 ---@field state table|nil of the experiment's functions
 ---@field seed number|string
 ---@field repetition integer
@@ -95,9 +95,12 @@ function genes.breed(rules, plan)
   local mutation, crossover = rules.variation.mutation, rules.variation.crossover
   -- the engine crosses before it mutates, so it mutates now only where no script comes in between
   local in_script = mutation.call or crossover.call
+  local mutates = not (in_script or mutation.none)
   population:breed(plan.parents, plan.pairs, {
-    mutation_rate = not (in_script or mutation.none) and parameters.mutation_rate or 0,
+    mutation_rate = mutates and parameters.mutation_rate or 0,
     mutation_scale = parameters.mutation_scale,
+    control_mutation_rate = mutates and parameters.control_mutation_rate or 0,
+    control_mutation_scale = parameters.control_mutation_scale,
     crossover_rate = not (crossover.call or crossover.none) and parameters.crossover_rate or 0,
     seed = rules.seed, repetition = rules.repetition, generation = plan.generation,
     elites = plan.elites }, rules.device)

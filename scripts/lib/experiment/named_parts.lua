@@ -3,8 +3,10 @@
 
 local defaults = require "limax.settings.defaults"
 local encodings = require "limax.encoding"
+local engine = require "limax.engine"
 local failure = require "limax.base.failure"
 local fault = require "limax.engine.fault"
+local given_body = require "limax.experiment.encodings.given_body"
 local measures = require "limax.experiment.measures"
 local schema = require "limax.engine.schema"
 local source = require "limax.base.source"
@@ -61,19 +63,23 @@ function named_parts.of(spec)
   return parts
 end
 
+local OF_CONTROL = { "control_mutation_rate", "control_mutation_scale" }
+
 --- The rates that the mutation or the crossover "none" does not use, with its name.
 ---@param steps { mutation: limax.variation.step, crossover: limax.variation.step }
 ---@return table<string, string>
 function named_parts.idle_rates(steps)
   local mutation = steps.mutation.none and 'the mutation "none"' or nil
   return { mutation_rate = mutation, mutation_scale = mutation,
+    control_mutation_rate = mutation, control_mutation_scale = mutation,
     crossover_rate = steps.crossover.none and 'the crossover "none"' or nil }
 end
 
 --- Parameters of `breeding` that a script sets and that no part uses.
 ---@param steps { mutation: limax.variation.step, crossover: limax.variation.step }
+---@param control_genes integer of a robot
 ---@return string[] notes
-function named_parts.unused(spec, parts, steps)
+function named_parts.unused(spec, parts, steps, control_genes)
   local own, list = spec.breeding or {}, {}
   local function note(name, is_unused, what)
     if own[name] ~= nil and is_unused then
@@ -84,22 +90,51 @@ function named_parts.unused(spec, parts, steps)
   note("elite_fraction", survival ~= "elitist" and survival ~= "function",
     ("the survival %q"):format(survival))
   for name, step in pairs(named_parts.idle_rates(steps)) do note(name, true, step) end
+  for _, name in ipairs(OF_CONTROL) do
+    note(name, control_genes == 0, "a scene without genes of control")
+  end
   return list
 end
 
---- The encoding and the variation of an experiment; leaves in `genome` the fields that it uses.
+-- Why an experiment without genes of control cannot have a field of `genome`; nil if it can.
+local function lacks_control(own, control_genes)
+  if control_genes > 0 then return nil end
+  local name = own.body ~= nil and "body" or own.control_spread ~= nil and "control_spread"
+  return name and ("genome.%s: it varies genes of control, and no scene of this experiment has any;"
+    .. " remove it, or add scene = { control = ... }"):format(name)
+end
+
+-- The encoding that an experiment names, and the fields of `genome` that it uses.
+local function encoding_of(config, body, named)
+  if body then
+    return given_body.encoding(body, engine.materials(config.materials)), {}
+  end
+  local shape = { lattice = config.lattice, materials = #config.materials.materials }
+  return encodings.get(named, shape), encodings.fields(named)
+end
+
+--- The encoding and the variation of an experiment; leaves in `genome` the fields that it uses, and
+--- in `breeding` those of genes of control only if there are any.
 ---@param base string|nil folder of the script
+---@param body limax.robot.description|nil of each robot, as `genome.body` names it
+---@param control_genes integer of a robot
 ---@return limax.encoding.definition|nil
 ---@return string|nil message
 ---@return table|nil variation
-function named_parts.genome(config, spec, base)
+function named_parts.genome(config, spec, base, body, control_genes)
   local genome, own = config.genome, spec.genome or {}
-  local shape = { lattice = config.lattice, materials = #config.materials.materials }
-  local named = own.encoding == nil and defaults.encoding or own.encoding
-  local definition, message =
-    resolved("genome.encoding", function() return encodings.get(named, shape) end)
+  local message = lacks_control(own, control_genes)
   if message then return nil, message end
-  local used = encodings.fields(named)
+  local named = own.encoding == nil and defaults.encoding or own.encoding
+  local found
+  found, message = resolved(body and "genome.body" or "genome.encoding", function()
+    return { encoding_of(config, body, named) }
+  end)
+  if message then return nil, message end
+  local definition, used = found[1], { control_spread = control_genes > 0 }
+  for name in pairs(found[2]) do used[name] = true end
+  definition.control_genes = control_genes
+  for _, name in ipairs(control_genes == 0 and OF_CONTROL or {}) do config.breeding[name] = nil end
   for name in pairs(require("limax.engine.encoding").genome_rules) do
     if not used[name] then
       if own[name] ~= nil then

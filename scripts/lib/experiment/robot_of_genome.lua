@@ -28,6 +28,7 @@ local rules = schema.fields {
   seed = schema.any,
   repetition = schema.number(defined.experiment.repetitions, 1),
   individual = schema.number(individual),
+  control = robot_file.control_rule,
 }
 
 -- Genes of a script (a view or a list of numbers) in the form of the engine.
@@ -73,6 +74,7 @@ function robot_of_genome.describe(fields)
   end
   genes.express(how, population, which, 1)
   local description = robot_file.describe(population, which, materials, checked.edge)
+  description.control = checked.control
   population:free()
   return description, materials
 end

@@ -37,16 +37,23 @@ local function each_of_run(random, count, share, work)
   for k = 0, math.ceil(share * count) - 1 do work((first - 1 + k) % count + 1) end
 end
 
---- block: a run of successive genes, mutation_rate of all, changes by N(0, mutation_scale^2).
+-- Changes a run of `share` of the first `count` genes by N(0, scale^2).
+local function change_run(random, genes, count, share, scale)
+  if count == 0 then return end
+  each_of_run(random, count, share, function(g) genes[g] = genes[g] + scale * random:normal() end)
+end
+
+--- block: a run of successive genes, mutation_rate of all, changes by N(0, mutation_scale^2); so
+--- does one of the genes of control, by their own rate and scale.
 variation.mutations.block = {
   make = function()
     return { call = function(robots)
-      local rate, scale = robots.parameters.mutation_rate, robots.parameters.mutation_scale
+      local rates = robots.parameters
       for _, i in ipairs(robots) do
-        local genes, random = robots:genes(i), robots:random(i)
-        each_of_run(random, #genes, rate, function(g)
-          genes[g] = genes[g] + scale * random:normal()
-        end)
+        local genes, control, random = robots:genes(i), robots:control(i), robots:random(i)
+        change_run(random, genes, #genes - #control, rates.mutation_rate, rates.mutation_scale)
+        change_run(random, control, #control, rates.control_mutation_rate,
+          rates.control_mutation_scale)
       end
     end }
   end,
@@ -54,16 +61,19 @@ variation.mutations.block = {
 
 --- self_adaptive: every robot has a step size of its own, which it inherits as the geometric mean
 --- of its parents' and which changes by exp(rate N(0, 1)) before it is used; mutation_scale is that
---- of the first generation. Schwefel, "Numerical optimization of computer models", 1981.
+--- of the first generation. Genes of control change as by "gaussian". Schwefel, "Numerical
+--- optimization of computer models", 1981.
 variation.mutations.self_adaptive = {
   options = { rate = schema.number { value = 0.2, unit = "1", above = 0, maximum = 2,
     note = "some ten generations double or halve a step size" } },
   make = function(options)
     return { adapts = true, call = function(robots)
-      local size, before = robots.parts.population.genes, robots.parts.population:genomes_array()
+      local population = robots.parts.population
+      local size, before = population.genes, population:genomes_array()
+      local scaled = size - population.control_genes
       local first = robots.parameters.mutation_scale
       robots:mutate(nil, { mutation_scale = 1 })
-      local genes = robots.parts.population:genomes_array()
+      local genes = population:genomes_array()
       local old, new = before:pointer(), genes:pointer()
       for _, i in ipairs(robots) do
         local pair = robots.parts.pairs[i]
@@ -72,9 +82,10 @@ variation.mutations.self_adaptive = {
           * math.exp(options.rate * robots:random(i):normal())
         step = math.max(1e-6, math.min(100, step))
         robots.rows[i].step_size = step
-        for g = (i - 1) * size, i * size - 1 do new[g] = old[g] + step * (new[g] - old[g]) end
+        local at = (i - 1) * size
+        for g = at, at + scaled - 1 do new[g] = old[g] + step * (new[g] - old[g]) end
       end
-      robots.parts.population:set_genomes(genes)
+      population:set_genomes(genes)
     end }
   end,
 }

@@ -107,6 +107,7 @@ local rules = schema.fields {
     end
     return weight_rule(value, path)
   end,
+  control = robot_file.control_rule,
   materials = schema.any,
   lattice = settings.lattice(),
   edge = schema.number(defaults.fields.simulation.edge),
@@ -119,6 +120,7 @@ local rules = schema.fields {
 --- (x, y, z); 1 if absent.
 ---@field voxels string
 ---@field weights? number|{ stiffness?: any, amplitude?: any, phase?: any }
+---@field control? number[] genes of control, for a scene with a controller
 ---@field materials? string|table|limax.materials "paper" if absent
 ---@field lattice? integer[] larger than the letters: the rest is empty
 ---@field edge? number m
@@ -157,7 +159,8 @@ local function by_hand(fields)
     weights[name] = weight_layers(checked.weights[name], lattice, name)
   end
   return note_groups(object({ schema = robot_file.schema, lattice = lattice, edge = checked.edge,
-    voxels = layers, weights = weights, materials = materials:table() }, materials))
+    voxels = layers, weights = weights, control = checked.control,
+    materials = materials:table() }, materials))
 end
 
 ---@class limax.robot.of_genome
@@ -172,6 +175,7 @@ end
 ---@field initial_scale? number of random genomes; 1
 ---@field seed? number|string of the encoding, and of a random genome; 1
 ---@field repetition? integer 1
+---@field control? number[] genes of control, for a scene with a controller
 ---@field individual? integer which robot of the initial population a random genome is; 1
 
 --- A robot by hand or of a genome (tables), from a robot file (its path), or the body of a robot

@@ -24,6 +24,7 @@ robot_file.weights = { "stiffness", "amplitude", "phase" }
 ---@field edge number m
 ---@field voxels string[][] letters, [z][y], lowest layer first, letters along x
 ---@field weights table<string, number|number[][][]> one number for all voxels, or [z][y][x]; 0 to 1
+---@field control? number[] genes of control
 ---@field materials table as a material file holds it
 ---@field scene? table
 ---@field simulation? table settings, with the rates of the recorded traces as `record`
@@ -64,6 +65,13 @@ function robot_file.materials(named)
   return engine.materials(named or defaults.materials)
 end
 
+-- Genes of control as a file holds them; nil without any.
+local function control_of(population, i)
+  local genes = population:control(i)
+  for k = 1, #(genes or {}) do genes[k] = short(genes[k]) end
+  return genes
+end
+
 --- One robot of an engine's population as a plain table.
 ---@param edge number m
 function robot_file.describe(population, i, materials, edge)
@@ -71,7 +79,8 @@ function robot_file.describe(population, i, materials, edge)
   local weights, grids = {}, population:weights(i):table()
   for k, name in ipairs(robot_file.weights) do weights[name] = as_layers(grids[k]) end
   return { schema = robot_file.schema, lattice = { #layers[1][1], #layers[1], #layers },
-    edge = edge, voxels = layers, weights = weights, materials = materials:table() }
+    edge = edge, voxels = layers, weights = weights, materials = materials:table(),
+    control = control_of(population, i) }
 end
 
 --- Puts the body of a description into an engine's population, as its robot i.
@@ -84,13 +93,33 @@ function robot_file.place(population, i, description, materials)
   population:set_body(i, body.lattice(description.voxels, description.lattice), weights, materials)
 end
 
+--- An engine's population with the genes of control of these descriptions, still without bodies.
+---@param descriptions limax.robot.description[] with as many genes of control each
+function robot_file.population(descriptions, lattice)
+  local count = #(descriptions[1].control or {})
+  local options = { lattice = lattice, count = #descriptions }
+  if count == 0 then return engine.population(options) end
+  options.encoding = engine.encoding { lattice = lattice, network = "none", genes = 0,
+    control_genes = count }
+  local population = engine.population(options)
+  local genes = population:control_view()
+  for i, description in ipairs(descriptions) do
+    for k = 1, count do genes[i][k] = description.control[k] end
+  end
+  return population
+end
+
 --- The body of a description as an engine's population of one robot, checked.
 function robot_file.build(description, materials)
-  local population = engine.population { lattice = description.lattice, count = 1 }
+  local population = robot_file.population({ description }, description.lattice)
   robot_file.place(population, 1, description, materials)
   population:check(materials, { require_muscle = false })
   return population
 end
+
+--- The rule of a list of genes of control, as 32-bit floats.
+robot_file.control_rule = schema.list(schema.number { unit = "", minimum = -3.4028234663852886e38,
+  maximum = 3.4028234663852886e38 }, { most = 4096, expected = "a list of at most 4096 numbers" })
 
 local function schema_rule(value, path)
   if value == robot_file.schema then return value end
@@ -128,6 +157,7 @@ local check_fields = schema.fields {
   edge = schema.number(defaults.fields.simulation.edge),
   voxels = required(schema.list(letters, { expected = "a list of layers" })),
   weights = required(schema.table),
+  control = robot_file.control_rule,
   materials = required(schema.table),
   scene = schema.table,
   simulation = simulation_rule,

@@ -10,10 +10,12 @@ local diversity = strict.module "limax.diversity"
 
 --- `hamming` is the mean share of voxels in which two distinct robots differ, N / (N - 1) times the
 --- mean over voxels of 1 - sum_m p_m^2; `genotype` the root mean square over genes of the standard
---- deviation over the robots; `material_shares` include the empty one.
+--- deviation over the robots; `control` the same of the genes of control, which `genotype` leaves
+--- out; `material_shares` include the empty one.
 ---@class limax.diversity.values
 ---@field hamming number 0 to 1
 ---@field genotype number|nil nil without genomes
+---@field control number|nil nil without genes of control
 ---@field distinct integer number of different bodies
 ---@field robots integer size of the set
 ---@field material_shares table<string, number> mean share of all voxels, by name
@@ -24,8 +26,8 @@ local function named(values, materials)
   for m = 1, materials.count do shares[materials:get(m).name] = values.material_shares[m] end
   local genotype = values.genotype
   if genotype ~= genotype then genotype = nil end
-  return { hamming = values.hamming, genotype = genotype, distinct = values.distinct,
-    robots = values.robots, material_shares = shares }
+  return { hamming = values.hamming, genotype = genotype, control = values.control,
+    distinct = values.distinct, robots = values.robots, material_shares = shares }
 end
 
 --- The better half of a ranking, rounded up.
@@ -83,6 +85,12 @@ function diversity.hamming(population, part) return of(population, part, "hammin
 ---@param part? "all"|"top"
 ---@return number|nil
 function diversity.genotype(population, part) return of(population, part, "genotype") end
+
+--- The same of the genes of control, which `genotype` leaves out; nil without any.
+---@param population table
+---@param part? "all"|"top"
+---@return number|nil
+function diversity.control(population, part) return of(population, part, "control") end
 
 --- Number of different bodies.
 ---@param population table

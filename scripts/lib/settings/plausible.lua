@@ -170,7 +170,8 @@ end
 local function no_variation(config)
   local breeding = config.breeding
   local mutates = config.genome.mutation or breeding.mutation_rate * breeding.mutation_scale > 0
-  if mutates or breeding.crossover_rate > 0 then return nil end
+  local of_control = (breeding.control_mutation_rate or 0) * (breeding.control_mutation_scale or 0)
+  if mutates or of_control > 0 or breeding.crossover_rate > 0 then return nil end
   return "breeding: without mutation (mutation_rate, mutation_scale) and crossover_rate, offspring"
     .. " are copies of their parents"
 end

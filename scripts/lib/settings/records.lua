@@ -117,6 +117,8 @@ records.diversity = {
   { "hamming", "number", "mean share of voxels in which two robots differ", unit = "1" },
   { "genotype", "number?", "root mean square over the genes of the standard deviation over the"
     .. " robots", unit = "1" },
+  { "control", "number?", "the same of the genes of control, which `genotype` leaves out; absent"
+    .. " without any", unit = "1" },
   { "distinct", "whole", "different bodies", unit = "1" },
   { "robots", "whole", "in the set", unit = "robots" },
   { "material_shares", "names", "of all voxels, empty ones included, in the mean" },
@@ -181,6 +183,9 @@ records.generation = {
   { "parameters.mutation_scale", "number", "", unit = "1" },
   { "parameters.crossover_rate", "number", "", unit = "per gene" },
   { "parameters.elite_fraction", "number", "", unit = "of the population" },
+  { "parameters.control_mutation_rate", "number?", "with genes of control, as the next",
+    unit = "per gene" },
+  { "parameters.control_mutation_scale", "number?", "", unit = "1" },
   { "materials", "names", "of this generation, without the empty material", by = "supervise" },
   { "materials.MATERIAL", "table", "" },
   { "materials.MATERIAL.stiffness", "number", "", unit = "N/m" },

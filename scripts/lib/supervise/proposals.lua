@@ -27,14 +27,18 @@ local proposable = {
   { field = "mutation_scale", minimum = 0.001, maximum = 1, factor = 2, unit = "1" },
   { field = "crossover_rate", minimum = 0, maximum = 1, step = 0.2, unit = "per gene" },
   { field = "elite_fraction", minimum = 0, maximum = 0.5, step = 0.1, unit = "of the population" },
+  { field = "control_mutation_rate", minimum = 0.001, maximum = 0.5, factor = 2,
+    unit = "per gene" },
+  { field = "control_mutation_scale", minimum = 0.001, maximum = 1, factor = 2, unit = "1" },
   { field = "stiffness", minimum = 0.2, maximum = 5, factor = 1.25, unit = "first value (N/m)",
     material = true },
   { field = "amplitude", minimum = 0, maximum = 0.3, step = 0.05, unit = "1", material = true },
   { field = "phase", minimum = 0, maximum = math.pi, step = 0.5, unit = "rad", material = true },
 }
 
---- Names of the four parameters.
-proposals.parameters = { "mutation_rate", "mutation_scale", "crossover_rate", "elite_fraction" }
+--- Names of the parameters; the last two only exist with genes of control.
+proposals.parameters = { "mutation_rate", "mutation_scale", "crossover_rate", "elite_fraction",
+  "control_mutation_rate", "control_mutation_scale" }
 
 -- Fields of an experiment that a proposal never reaches.
 local fixed = { "population", "generations", "repetitions", "seed", "scene", "lattice", "genome",
@@ -46,9 +50,10 @@ for _, name in ipairs(fixed) do is_fixed[name] = true end
 --- The limits that bind proposals in a population of this size, narrowed by an experiment's ranges.
 ---@param ranges? table<string, number[]> field -> { least, most }
 ---@param allowed? { hyperparameters: boolean, materials: boolean } everything if left out
-function proposals.limits(population, ranges, allowed)
+---@param breeding? table<string, number> the parameters that exist; all if left out
+function proposals.limits(population, ranges, allowed, breeding)
   local list = {}
-  for i, general in ipairs(proposable) do
+  for _, general in ipairs(proposable) do
     local limit = source.copy(general)
     limit.allowed = not allowed or allowed[limit.material and "materials" or "hyperparameters"]
     -- at least one robot is kept
@@ -58,7 +63,7 @@ function proposals.limits(population, ranges, allowed)
       limit.minimum = math.max(limit.minimum, range[1])
       limit.maximum = math.min(limit.maximum, range[2])
     end
-    list[i] = limit
+    if limit.material or not breeding or breeding[limit.field] then list[#list + 1] = limit end
   end
   return list
 end

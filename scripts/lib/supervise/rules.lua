@@ -33,12 +33,24 @@ local function stalled_for(history, share)
   return generations
 end
 
+local MUTATIONS = { "mutation_rate", "mutation_scale", "control_mutation_rate",
+  "control_mutation_scale" }
+
+-- A proposal of mutations, of genes of control too, that are larger by a factor.
+local function mutations(parameters, factor)
+  local proposal = {}
+  for _, name in ipairs(MUTATIONS) do
+    proposal[name] = parameters[name] and factor * parameters[name]
+  end
+  return proposal
+end
+
 -- A fifth of the way from each parameter to its first value.
 local function towards_first(now, first)
   local proposal
   for _, name in ipairs(proposals.parameters) do
-    local gap = first[name] - now[name]
-    if math.abs(gap) > 0.01 * math.max(math.abs(first[name]), 0.01) then
+    local gap = first[name] and first[name] - now[name] or 0
+    if gap ~= 0 and math.abs(gap) > 0.01 * math.max(math.abs(first[name]), 0.01) then
       proposal = proposal or {}
       proposal[name] = now[name] + 0.2 * gap
     end
@@ -50,17 +62,13 @@ end
 -- smaller down to the finest, and then large again.
 local function answer_stall(history, left, options, reason)
   local now, first = history[#history].parameters, history[1].parameters
-  local rate, scale = now.mutation_rate, now.mutation_scale
   if left and left <= options.diverse then
-    return { mutation_rate = 1.2 * rate, mutation_scale = 1.2 * scale },
-      reason .. " and robots have become alike: larger mutations"
+    return mutations(now, 1.2), reason .. " and robots have become alike: larger mutations"
   end
-  if scale > options.finest * first.mutation_scale then
-    return { mutation_rate = 0.8 * rate, mutation_scale = 0.8 * scale },
-      reason .. " while robots still differ: smaller mutations"
+  if now.mutation_scale > options.finest * first.mutation_scale then
+    return mutations(now, 0.8), reason .. " while robots still differ: smaller mutations"
   end
-  return { mutation_rate = 2 * rate, mutation_scale = 2 * scale },
-    reason .. " by the finest mutations: larger ones again"
+  return mutations(now, 2), reason .. " by the finest mutations: larger ones again"
 end
 
 return {
@@ -76,7 +84,7 @@ return {
     finest = schema.number { value = 0.25, unit = "of the first mutation scale", minimum = 0.01,
       maximum = 1, reason = "smaller steps change a body too little within a run" },
   },
-  changes = function() return { "mutation_rate", "mutation_scale", "elite_fraction" } end,
+  changes = function() return { "elite_fraction", unpack(MUTATIONS) } end,
   make = function(options)
     return function(history)
       local now = history[#history]
@@ -85,15 +93,16 @@ return {
 
       local failed = failures(now)
       if #history > 1 and failed > 0.5 * count then
-        return { mutation_rate = 0.8 * p.mutation_rate, mutation_scale = 0.8 * p.mutation_scale },
+        return mutations(p, 0.8),
           ("%d of %d robots failed: smaller mutations"):format(failed, count)
       end
 
       local left = diversity_left(history)
       if left and left < options.alike then
         local reason = "diversity fell to %.0f %% of the first: larger mutations, fewer elites"
-        return { mutation_rate = 1.25 * p.mutation_rate, mutation_scale = 1.25 * p.mutation_scale,
-          elite_fraction = 0.8 * p.elite_fraction }, reason:format(100 * left)
+        local proposal = mutations(p, 1.25)
+        proposal.elite_fraction = 0.8 * p.elite_fraction
+        return proposal, reason:format(100 * left)
       end
 
       local stalled = stalled_for(history, options.progress)

@@ -13,6 +13,8 @@ local supervise = strict.module "limax.supervise"
 ---@field mutation_scale? number
 ---@field crossover_rate? number per gene
 ---@field elite_fraction? number of the population
+---@field control_mutation_rate? number per gene, with genes of control, as the next
+---@field control_mutation_scale? number
 ---@field materials? table<string, { stiffness?: number, amplitude?: number, phase?: number }>
 
 -- `limits` are the run's, as `proposals.limits` gives them: narrowed by the experiment's ranges.
@@ -50,7 +52,7 @@ supervise.entries = {
   yoked = require "limax.supervise.yoked",
 }
 
---- Names of the four parameters.
+--- Names of the parameters; the last two only exist with genes of control.
 supervise.parameters = proposals.parameters
 
 ---@class limax.supervisor

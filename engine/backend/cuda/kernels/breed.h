@@ -44,6 +44,8 @@ extern "C" __global__ void __launch_bounds__(limax::cuda::gene_threads)
         random_key key = launch.key;
         key.individual = uint32_t(launch.first + child);
         const float of_second = launch.parents[launch.pairs[2 * int64_t(child) + 1] * genes + gene];
-        *out = child_gene(launch.rates, key, uint32_t(gene), of_first, of_second);
+        const bool of_control = gene >= launch.genes - launch.control_genes;
+        *out = child_gene(of_control ? launch.control_rates : launch.rates, key, uint32_t(gene),
+                          of_first, of_second);
     });
 }

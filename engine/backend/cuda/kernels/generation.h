@@ -15,7 +15,7 @@ inline constexpr int most_materials = 16;
 // First genomes.
 struct initialize_launch {
     network_shape shape;
-    double deviation[most_hidden_layers + 2];  // initial_deviations()
+    double deviation[most_hidden_layers + 3];  // initial_deviations()
     random_key key;                            // but for the individual
     float* genomes;                            // [robot][gene]
     int32_t first, count;                      // robots
@@ -24,12 +24,13 @@ struct initialize_launch {
 
 struct breed_launch {
     breeding_rates rates;
-    random_key key;        // but for the individual
-    const float* parents;  // [parent][gene]
-    const int32_t* pairs;  // [child][2]
-    float* genomes;        // [child][gene]
-    int32_t first, count;  // children
-    int32_t genes;
+    breeding_rates control_rates;  // of the last control_genes genes
+    random_key key;                // but for the individual
+    const float* parents;          // [parent][gene]
+    const int32_t* pairs;          // [child][2]
+    float* genomes;                // [child][gene]
+    int32_t first, count;          // children
+    int32_t genes, control_genes;
     int32_t elites;  // children below are copies of their first parent
 };
 

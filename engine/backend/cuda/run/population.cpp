@@ -178,7 +178,8 @@ void gpu_population::initialize(uint32_t generation, int32_t first, int32_t coun
     const limax_encoding_options& options = code_->code->options();
     initialize_launch arguments{};
     arguments.shape = code_->code->shape();
-    initial_deviations(arguments.shape, options.initial_scale, arguments.deviation);
+    initial_deviations(arguments.shape, options.initial_scale, options.control_spread,
+                       arguments.deviation);
     arguments.key = {options.seed, options.repetition, LIMAX_STREAM_INITIAL, generation, 0};
     arguments.genomes = genomes_.data() + int64_t(first) * genes_;
     arguments.first = first;
@@ -195,6 +196,8 @@ void gpu_population::breed(const device_population& parents, const int32_t* pair
     pairs_.upload(pairs, 2 * std::size_t(count), stream_);
     breed_launch arguments{};
     arguments.rates = {breeding.mutation_rate, breeding.mutation_scale, breeding.crossover_rate};
+    arguments.control_rates = {breeding.control_mutation_rate, breeding.control_mutation_scale,
+                               breeding.crossover_rate};
     arguments.key = {breeding.seed, breeding.repetition, LIMAX_STREAM_BREEDING, breeding.generation,
                      0};
     arguments.parents = dynamic_cast<const gpu_population&>(parents).genomes_.data();
@@ -203,6 +206,7 @@ void gpu_population::breed(const device_population& parents, const int32_t* pair
     arguments.first = first;
     arguments.count = count;
     arguments.genes = genes_;
+    arguments.control_genes = code_->code->control_genes();
     arguments.elites = breeding.elites;
     run("breed", "limax_breed",
         {blocks_for(int64_t(count) * ((genes_ - 1) / gene_threads + 1)), gene_threads},

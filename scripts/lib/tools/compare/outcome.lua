@@ -73,10 +73,11 @@ local function simulate(list, device, values, calls, on_progress)
   local materials = failure.about(stored, engine.materials, config.materials)
   local scene = failure.about(stored, engine.scene, config.scene)
   local options = rescore.options(config, { accuracy = TIER })
-  local robots = engine.population { lattice = config.lattice, count = #list }
-  for i, run in ipairs(list) do
-    local description, path = champion_of(run)
-    failure.about(path, robot_file.place, robots, i, description, materials)
+  local descriptions, paths = {}, {}
+  for i, run in ipairs(list) do descriptions[i], paths[i] = champion_of(run) end
+  local robots = robot_file.population(descriptions, config.lattice)
+  for i, description in ipairs(descriptions) do
+    failure.about(paths[i], robot_file.place, robots, i, description, materials)
   end
   robots:check(materials, { require_muscle = false })
   local simulation = engine.simulation(robots, materials, scene, options, device)

@@ -83,6 +83,7 @@ local PIECE = "a name, a table or a function "
 local function described()
   local genome = list_of("genome",
     row("encoding", "a name, a table with options, or a table of functions; each uses some fields"),
+    row("body", "a robot file whose body all robots have: only their genes of control vary"),
     row("mutation", PIECE .. "(robots)"), row("crossover", PIECE .. "(robots)"))
   local simulation = list_of("simulation",
     row("accuracy", "a tier: preview, evolve, publish or reference"),

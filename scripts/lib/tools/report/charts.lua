@@ -62,7 +62,8 @@ local VALUES = {
   diversity = {
     { "voxels in which two robots differ", "share of voxels (1)", diversity "hamming" },
     { "different bodies", "bodies", diversity "distinct" },
-    { "spread of the genes", "standard deviation (1)", diversity "genotype" } },
+    { "spread of the genes", "standard deviation (1)", diversity "genotype" },
+    { "spread of the genes of control", "standard deviation (1)", diversity "control" } },
   search = {
     { "mean novelty", "distance (1)", field("novelty", "mean") },
     { "mean age", "generations", field("age", "mean") },

@@ -42,9 +42,11 @@ function earlier.robot(run, id)
   local record = rows.record(row)
   local description, message = runs.description(run, line)
   if not description then failure.raise(1, message) end
-  local genome = config.genome
-  local numbers = run.folder:genomes(run.repetition, generation, index)
-  local body = robot_of_genome.describe { genome = bytes.unpack("float", numbers),
+  local genome, control = config.genome, {}
+  local numbers = bytes.unpack("float", run.folder:genomes(run.repetition, generation, index))
+  for k = #(description.control or {}), 1, -1 do control[k] = table.remove(numbers) end
+  description.control = control[1] and control
+  local body = genome.body and description or robot_of_genome.describe { genome = numbers,
     lattice = description.lattice, materials = description.materials, edge = description.edge,
     encoding = stored.spec_of(genome.encoding), features = genome.features, sigma = genome.sigma,
     hidden = genome.hidden, initial_scale = genome.initial_scale, seed = config.seed,

@@ -42,7 +42,7 @@ local function reader(path)
   return function(line) return line.materials[material] and line.materials[material][field] end
 end
 
---- Fields that change in any run of an arm: the four parameters first, then materials by name.
+--- Fields that change in any run of an arm: the parameters first, then materials by name.
 function parameters.changed(arm)
   local names, of_materials, changed = { unpack(supervise.parameters) }, {}, {}
   for _, run in ipairs(arm.runs) do
@@ -65,8 +65,8 @@ end
 
 -- The unit of a field as the axis shows it.
 local UNITS = { mutation_rate = "per gene", mutation_scale = "1", crossover_rate = "per gene",
-  elite_fraction = "of the population", stiffness = "N/m", amplitude = "of the rest length",
-  phase = "rad" }
+  elite_fraction = "of the population", control_mutation_rate = "per gene", stiffness = "N/m",
+  amplitude = "of the rest length", phase = "rad" }
 
 --- One field in all repetitions of an arm: thin lines, and a marker where somebody set it.
 function parameters.panel(arm, path)

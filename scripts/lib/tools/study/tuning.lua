@@ -29,7 +29,8 @@ end
 -- Draws a setting from the ranges of proposals: rates and scales log-uniformly, others uniformly.
 local function drawn(study, repetition, k)
   local random, breeding = engine.random(study.config.seed, repetition, "user", k, 0), {}
-  for _, limit in ipairs(proposals.limits(study.config.population)) do
+  for _, limit in ipairs(proposals.limits(study.config.population, nil, nil,
+    study.config.breeding)) do
     if not limit.material then
       local u = random:uniform()
       breeding[limit.field] = limit.factor
