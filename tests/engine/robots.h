@@ -80,6 +80,8 @@ inline limax_breeding some_breeding() {
     limax_breeding breeding = {};
     breeding.mutation_rate = 0.1;
     breeding.mutation_scale = 0.1;
+    breeding.control_mutation_rate = 0.5;
+    breeding.control_mutation_scale = 0.2;
     breeding.crossover_rate = 0.4;
     breeding.seed = 1;
     breeding.repetition = 1;

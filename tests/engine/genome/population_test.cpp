@@ -151,6 +151,69 @@ TEST_CASE("children in ranges, on threads and in pieces are the children bred at
     }
 }
 
+TEST_CASE("genes of control follow the others, which keep their bits") {
+    limax_encoding_options options = defaults();
+    options.control_genes = 50;
+    options.control_spread = 0.5;
+    constexpr int32_t count = 40;
+    population plain = make(count), plain_children = make(count);
+    population robots(options.lattice, count, code_of(options)),
+        children(options.lattice, count, code_of(options));
+    const int32_t genes = plain.genes(), all = robots.genes();
+    REQUIRE(all == genes + 50);
+    const auto same_others = [&](const population& a, const population& b) {
+        for (int32_t robot = 0; robot < count; ++robot)
+            if (std::memcmp(a.genomes() + robot * genes, b.genomes() + robot * all,
+                            sizeof(float) * std::size_t(genes)) != 0)
+                return false;
+        return true;
+    };
+    plain.initialize(0, 0, count, in_order);
+    robots.initialize(0, 0, count, in_order);
+    CHECK(same_others(plain, robots));
+    double square = 0;
+    for (int32_t robot = 0; robot < count; ++robot)
+        for (int32_t gene = genes; gene < all; ++gene)
+            square += std::pow(robots.genomes()[robot * all + gene], 2);
+    CHECK(std::fabs(square / (50 * count) - 0.25) < 5 * 0.25 * std::sqrt(2.0 / (50 * count)));
+    express_all(plain);
+    express_all(robots);
+    CHECK(same_bodies(plain, robots));
+    const auto set = everyone(count);
+    const limax_diversity before = robots.diversity(set.data(), count);
+    CHECK(before.genotype == plain.diversity(set.data(), count).genotype);
+    CHECK(std::fabs(before.control - 0.5) < 0.05);
+
+    const auto pairs = some_pairs(count, count);
+    limax_breeding breeding = some_breeding();
+    plain_children.breed(plain, pairs.data(), breeding, in_order, 0, count);
+    children.breed(robots, pairs.data(), breeding, in_order, 0, count);
+    CHECK(same_others(plain_children, children));
+    breeding.mutation_rate = breeding.crossover_rate = breeding.elites = 0;
+    breeding.control_mutation_rate = 1;
+    children.breed(robots, pairs.data(), breeding, in_order, 0, count);
+    for (int32_t child = 0; child < count; ++child)
+        for (int32_t gene = 0; gene < all; ++gene)
+            REQUIRE((children.genomes()[child * all + gene] ==
+                     robots.genomes()[pairs[2 * std::size_t(child)] * all + gene]) ==
+                    (gene < genes));
+    CHECK(refused([&] {
+              plain_children.breed(robots, pairs.data(), breeding, in_order, 0, count);
+          }) == "the parents have 451 genes, the children 401");
+
+    // a spread of 0 is 0, without a sign
+    options.control_spread = 0;
+    options.network = LIMAX_NETWORK_NONE;
+    options.genes = 0;
+    population passive(options.lattice, 1, code_of(options));
+    passive.initialize(0, 0, 1, in_order);
+    for (int32_t gene = 0; gene < 50; ++gene) CHECK_FALSE(std::signbit(passive.genomes()[gene]));
+    options.control_genes = 0;
+    CHECK(refused([&] { code_of(options); }) == "genes is 0; it must be 1 to 16777216");
+    options.control_genes = 4097;
+    CHECK(refused([&] { code_of(options); }) == "control_genes is 4097; it must be 0 to 4096");
+}
+
 TEST_CASE("crossover and mutation are independent of each other") {
     const limax::random_key key{42, 1, 3, 7, 11};
     constexpr uint32_t count = 200000;

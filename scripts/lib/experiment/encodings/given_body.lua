@@ -12,9 +12,9 @@ local given_body = {}
 ---@return limax.encoding.definition
 function given_body.encoding(description, materials)
   local population = robot_file.build(description, materials)
+  local count = population:body(1).voxels
   local voxels = population:voxels_view(1):copy()
   local weights = population:weights_view(1):copy()
-  local count = population:body(1).voxels
   population:check(materials, { largest_part = true })
   if count == 0 or population:body(1).voxels < count then
     engine.fail(("expected a body of one connected part, got %d voxels of which %d are connected")

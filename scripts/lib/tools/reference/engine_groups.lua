@@ -71,6 +71,8 @@ check  robots:check(materials)
 breed  limax.engine.population({ count = 1, encoding = coder }):breed(robots, { { 1, 2 } }, rates)
 genome  robots:genome(1)
 genome_view  robots:genome_view(1)[5] = 0.5
+control_view  #robots:control_view(1)
+control  robots:control(1)
 genomes_array  robots:genomes_array()
 genomes_bytes  #robots:genomes_bytes()
 set_genomes  robots:set_genomes(robots:genomes_bytes())

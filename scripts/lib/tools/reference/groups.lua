@@ -157,6 +157,7 @@ get  limax.variation.get({ mutation = "block" }, {}).mutation.call
       .. "repetition = 1, counter = 0, pairs = { { 1, 1 }, { 1, 2 }, { 2, 3 }, { 3, 4 } } } })",
     examples = [[
 genes  robots:genes(2)[1]
+control  #robots:control(2)
 voxels  robots:voxels(2)[1]
 weights  robots:weights(2)[1][1]
 parents  robots:parents(2)
@@ -258,6 +259,7 @@ rough  limax.scenes.rough({ roughness = 0.05, seed = 1 }).terrain.spacing
     examples = [[
 hamming  limax.diversity.hamming(population)
 genotype  limax.diversity.genotype(population, "top")
+control  limax.diversity.control(population)
 distinct  limax.diversity.distinct(population)
 material_shares  limax.diversity.material_shares(population)
 top_half  limax.diversity.top_half(population.ranked)

@@ -36,6 +36,7 @@ struct parity_case {
     double sigma = 1;
     int32_t materials = 5;
     int32_t network = LIMAX_NETWORK_FOURIER;
+    int32_t control_genes = 0;
 };
 
 limax_encoding_options options_of(const parity_case& example) {
@@ -48,6 +49,8 @@ limax_encoding_options options_of(const parity_case& example) {
     options.materials = example.materials;
     options.network = example.network;
     options.genes = 77;
+    options.control_genes = example.control_genes;
+    options.control_spread = 0.3;
     options.initial_scale = 2;
     options.seed = 0x123456789abcdef;
     options.repetition = 3;
@@ -161,6 +164,7 @@ TEST_CASE("generations on the GPU equal those on the CPU bit for bit") {
         {"a CPPN of odd widths", {7, 1, 4}, 0, {13, 3}, 20, false, 0, 5, LIMAX_NETWORK_CPPN},
         {"a direct genome", {6, 5, 7}, 0, {}, 40, true, 0, 5, LIMAX_NETWORK_DIRECT},
         {"numbers of a script", {3, 3, 3}, 0, {}, 40, true, 0, 5, LIMAX_NETWORK_NONE},
+        {"genes of control", {3, 3, 3}, 4, {9}, 40, true, 1, 5, LIMAX_NETWORK_FOURIER, 300},
     };
     for (const parity_case& example : cases) {
         CAPTURE(example.name);
