@@ -32,7 +32,8 @@ end
 local ABSENT = { ["simulation.bound"] = true, ["simulation.bound_fraction"] = true,
   ["simulation.time_step_most"] = true, ["supervision.ranges"] = true,
   ["genome.encoding"] = true, ["genome.mutation"] = true,
-  ["genome.crossover"] = true }
+  ["genome.crossover"] = true, ["genome.body"] = true, ["genome.control_spread"] = true,
+  ["breeding.control_mutation_rate"] = true, ["breeding.control_mutation_scale"] = true }
 
 --- Tables of the run folder's page by the heading above them: rows with `names` (first cell),
 --- `unit` (second), `optional`, and `part`, another section with the fields below this one. The

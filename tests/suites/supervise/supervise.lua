@@ -78,6 +78,8 @@ local PROPOSALS = {
     "less than 2 % in 5 generations while robots still differ" },
   { "rules", stalled { diversity = { all = { hamming = 0.3 } } },
     { mutation_rate = 0.12, mutation_scale = 0.12 }, "robots have become alike: larger mutations" },
+  { "rules", stalled { parameters = changed { control_mutation_scale = 0.5 } },
+    { mutation_rate = 0.08, mutation_scale = 0.08, control_mutation_scale = 0.4 } },
   -- after the finest mutations
   { "rules", stalled { parameters = changed { mutation_scale = 0.02 } },
     { mutation_rate = 0.2, mutation_scale = 0.04 }, "larger ones again" },
@@ -123,6 +125,7 @@ suite:test("random stays in the ranges, makes allowed steps, and covers the rang
   for _, limit in ipairs(list) do limits[limit.field] = limit end
   local supervisor, random = limax.supervise.get "random", stream()
   local now, low, high = entry(0, 1), {}, {}
+  now.parameters.control_mutation_rate, now.parameters.control_mutation_scale = 0.1, 0.1
   for _, name in ipairs(PARAMETERS) do low[name], high[name] = math.huge, -math.huge end
   for _ = 1, 3000 do
     local before = now.parameters
