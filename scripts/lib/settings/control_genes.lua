@@ -1,12 +1,14 @@
 --- control_genes.lua: the number of genes that the controller of a scene needs.
 
+local engine = require "limax.engine"
+
 local control_genes = {}
 
 --- The number for one scene; 0 without a controller.
 ---@param scene table effects with all their fields
 ---@return integer
 function control_genes.of_scene(scene)
-  return scene.control and scene.control.genes or 0
+  return scene.control and engine.scene(scene):control_genes() or 0
 end
 
 --- The number for robots that are simulated in each of these trials.

@@ -14,7 +14,7 @@ const std::vector<parameter> parameters = {{"centre", 3, {0, 0, 1}}, {"k", 1, {2
 
 // Operands precede their result, and the force is among the registers.
 void check_registers(const scripted::program& law) {
-    int next = scripted::inputs + int(law.constants.size());
+    int next = scripted::force_inputs + int(law.constants.size());
     for (const scripted::instruction& step : law.instructions) {
         for (const int operand : {step.a, step.b, step.c}) {
             CHECK(operand >= 0);
@@ -24,7 +24,7 @@ void check_registers(const scripted::program& law) {
         ++next;
     }
     CHECK(next == law.registers());
-    for (const int at : law.force) {
+    for (const int at : law.results) {
         CHECK(at >= 0);
         CHECK(at < next);
     }

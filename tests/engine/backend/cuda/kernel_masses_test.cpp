@@ -171,7 +171,7 @@ void run_passes(const scene& scene, const std::vector<scripted::program>& laws, 
                                       law.constants.data(),
                                       int(law.instructions.size()),
                                       int(law.constants.size()),
-                                      {law.force[0], law.force[1], law.force[2]},
+                                      {law.results[0], law.results[1], law.results[2]},
                                       memory.data(),
                                       script_time,
                                       {origin[0], origin[1], origin[2]}});
