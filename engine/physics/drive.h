@@ -24,25 +24,25 @@ template <class R>
 struct drive_change {
     R at_tick, per_step;
 };
-// From the sums over the owners' gain times activation, at the tick and at the next one, which is
-// `steps` later; 0 where it is reached at once. `scale` is L0 over the number of owners.
+// From the sums over the owners' gain times activation, at the tick and at the next one; `share` is
+// one over the steps between them, 0 where the next is reached at once. `scale` is L0 over the
+// number of owners.
 template <class R>
-LIMAX_LAW drive_change<R> change_of(R scale, R from, R to, R steps) {
-    if (!(steps > R(0))) return {scale * to, R(0)};
-    return {scale * from, scale * (to - from) / steps};
+LIMAX_LAW drive_change<R> change_of(R scale, R from, R to, R share) {
+    return {scale * (share > R(0) ? from : to), scale * (to - from) * share};
 }
 // The same for the spring from the site (x, y, z) along d. drive(voxel, which) is that at the tick
 // (0) or the next one (1).
 template <class R, class Drive>
 LIMAX_LAW drive_change<R> change_of_spring(const lattice& grid, int x, int y, int z,
-                                           const direction& d, R scale, R steps,
+                                           const direction& d, R scale, R share,
                                            const Drive& drive) {
     R from = 0, to = 0;
     for_each_owner(grid, x, y, z, d, [&](int64_t voxel) {
         from += drive(voxel, 0);
         to += drive(voxel, 1);
     });
-    return change_of(scale, from, to, steps);
+    return change_of(scale, from, to, share);
 }
 
 namespace sensors {

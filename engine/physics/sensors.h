@@ -96,6 +96,10 @@ LIMAX_LAW constexpr uint64_t bits_from(source from) {
 LIMAX_LAW constexpr bool reads(uint64_t mask, int first, int end) {
     return (mask >> first & ((uint64_t(1) << (end - first)) - 1)) != 0;
 }
+// Whether sensors read velocities of masses.
+LIMAX_LAW constexpr bool reads_rates(uint64_t mask) {
+    return reads(mask, strain_rate, load) || reads(mask, gravity, measured);
+}
 LIMAX_LAW constexpr int count_bits(uint64_t mask) {
     int bits = 0;
     for (; mask; mask &= mask - 1) ++bits;

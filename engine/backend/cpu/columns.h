@@ -110,9 +110,9 @@ public:
     }
 
     // Lets the springs of a controlled body follow what their owners' gain times activation is at a
-    // tick and at the next one, [voxel], `steps` later. `scale` as in drive.h, by spring.
+    // tick and at the next one, [voxel]. `scale`, by spring, and `share` as in drive.h.
     void follow_drive(const spring_body& body, const float* scale, const S* from, const S* to,
-                      S steps) {
+                      S share) {
         // with empty voxels around the lattice
         const lattice& grid = body.grid;
         const int along_x = grid.nx + 3, along_y = grid.ny + 3, along_z = grid.nz + 3;
@@ -132,7 +132,7 @@ public:
             const cell_spring& spring = cell_springs[number];
             if (known >> spring.owners & 1) continue;
             known |= 1 << spring.owners;
-            follow_class(body, spring, scale, steps, along_x, along_y,
+            follow_class(body, spring, scale, share, along_x, along_y,
                          cells_.data() + (sine_row(damped) + spring.owners) * site_block,
                          cells_.data() + (cosine_row(damped) + spring.owners) * site_block);
         }
@@ -166,7 +166,7 @@ private:
 
     // Fills the rows of one class of springs, at `at_tick` and `per_step` in each block of cells.
     void follow_class(const spring_body& body, const cell_spring& spring, const float* scale,
-                      S steps, int along_x, int along_y, float* at_tick, float* per_step) {
+                      S share, int along_x, int along_y, float* at_tick, float* per_step) {
         const lattice& grid = body.grid;
         const direction d = directions[spring.direction];
         const int near[3] = {spring.near & 1, spring.near >> 1 & 1, spring.near >> 2};
@@ -192,7 +192,7 @@ private:
                         after += drive_[1][std::size_t(at + owners[k])];
                     }
                     const drive_change<S> change =
-                        change_of(S(scale[slot + cell]), before, after, steps);
+                        change_of(S(scale[slot + cell]), before, after, share);
                     const int64_t row =
                         cell / site_block * springs.cell_rows * site_block + cell % site_block;
                     at_tick[row] = float(rest + change.at_tick);

@@ -89,7 +89,7 @@ public:
     // Makes the cells' parameters from the drives.
     void follow() {
         columns_.follow_drive(body_, scale_.data(), drive_[now_].data(), drive_[1 - now_].data(),
-                              steps_of_drive());
+                              share_of_step());
         current_ = false;
     }
 
@@ -104,7 +104,7 @@ public:
                 if (!(body_.stiffness[slot] > 0)) return;
                 const drive_change<S> change =
                     change_of_spring(body_.grid, x, y, z, directions[d], S(scale_[slot]),
-                                     steps_of_drive(), [&](int64_t voxel, int which) {
+                                     share_of_step(), [&](int64_t voxel, int which) {
                                          return drive_[which ? 1 - now_ : now_][voxel];
                                      });
                 body_.sine[slot] = float(change.at_tick);
@@ -144,8 +144,10 @@ private:
     bool reads_corners() const {
         return sensors::reads(law_.sensors, sensors::strain, sensors::gravity);
     }
-    // Steps over which an activation is reached.
-    S steps_of_drive() const { return values_[control::at_hold] != 0 ? S(0) : S(plan_.tick); }
+    // As in change_of().
+    S share_of_step() const {
+        return values_[control::at_hold] != 0 ? S(0) : S(1) / S(plan_.tick);
+    }
     S* input(int number) { return registers_.data() + int64_t(number) * scripted_block; }
 
     // Sensors of the body and the scene, the same for all voxels.

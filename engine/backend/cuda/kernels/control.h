@@ -57,47 +57,42 @@ __device__ inline const double* control_values(const launch_arguments& launch) {
 // Where a robot is between two ticks, and its memory.
 struct control_state {
     const real* columns;  // [column][voxel]
-    const float* scale;   // of springs, [direction][site]
     int64_t voxels;
     int now;     // the half of the last tick
-    real steps;  // over which an activation is reached; 0 where it is at once
+    real share;  // as in change_of()
 };
-__device__ inline control_state control_state_of(const launch_arguments& launch,
+__device__ inline control_state control_state_of(const real* all, const scene_values& scene,
                                                  const robot_record& record, int64_t robot,
-                                                 int64_t step, int64_t voxels, int64_t sites) {
-    const bool holds = control_values(launch)[effects::control::at_hold] != 0.0;
-    return {launch.control.columns + robot * layout.count() * voxels,
-            launch.springs +
-                (robot * stored_columns + spring_columns) * (direction_count * sites),
-            voxels, int(ticks_before(record, step) & 1), holds ? real(0) : real(record.tick)};
+                                                 int64_t step, int64_t voxels) {
+    const bool holds =
+        scene.of(effects::index_of<effects::control>)[effects::control::at_hold] != 0.0;
+    return {all + robot * layout.count() * voxels, voxels, int(ticks_before(record, step) & 1),
+            holds ? real(0) : real(1) / real(record.tick)};
 }
 
-// The change of the rest length of the spring from a site along d.
+// The change of the rest length of the spring from a site along a direction. `columns` are the
+// robot's springs.
 __device__ inline drive_change<real> change_at(const control_state& state, const site_grid& grid,
-                                               int number, int site) {
+                                               const float* columns, int number, int site) {
     const lattice body{grid.x - 1, grid.y - 1, grid.z - 1};
+    const float scale = columns[(spring_columns * direction_count + number) * grid.count() + site];
+    const real* const drive = state.columns + layout.drive() * state.voxels;
     return change_of_spring(
         body, site % grid.x, site / grid.x % grid.y, site / (grid.x * grid.y),
-        direction_at(number), real(state.scale[number * grid.count() + site]), state.steps,
-        [&](int64_t voxel, int which) {
-            const int half = which ? 1 - state.now : state.now;
-            return __ldcg(state.columns + (layout.drive() + half) * state.voxels + voxel);
+        direction_at(number), real(scale), state.share, [&](int64_t voxel, int which) {
+            return __ldcg(drive + (which ? 1 - state.now : state.now) * state.voxels + voxel);
         });
 }
-// Sets A and B of a spring to what control::rest() reads.
-struct drive_of_control {
-    const launch_arguments& launch;
-    const control_state& state;
-    const site_grid& grid;
-
-    __device__ void operator()(spring_parameters& own, int number, int near) const {
-        const drive_change<real> change = change_at(state, grid, number, near);
-        const real rest =
-            sizeof(real) == 4 ? rest_length(launch, direction_at(number).squared() - 1) : real(0);
-        own.value[spring_columns - 2] = float(rest + change.at_tick);
-        own.value[spring_columns - 1] = float(change.per_step);
-    }
-};
+// Stores A and B of a spring as control::rest() reads them.
+__device__ inline void store_drive(const launch_arguments& launch, const control_state& state,
+                                   const site_grid& grid, float* columns, int number, int site) {
+    const drive_change<real> change = change_at(state, grid, columns, number, site);
+    const real rest =
+        sizeof(real) == 4 ? rest_length(launch, direction_at(number).squared() - 1) : real(0);
+    float* const at = columns + number * grid.count() + site;
+    at[(spring_columns - 2) * direction_count * grid.count()] = float(rest + change.at_tick);
+    at[(spring_columns - 1) * direction_count * grid.count()] = float(change.per_step);
+}
 
 // What a block keeps in shared memory.
 struct control_block {
@@ -117,19 +112,17 @@ struct control_block {
 
 // ---- the body as a whole ----
 
-// What a mass adds to a sum of body_frame.h.
-__device__ inline int64_t part_of_body(int number, const mass_state& m, const site_grid& grid,
-                                       int site, double of_total) {
-    const auto as_vector = [](const real* a) {
-        return sensors::dvector{double(a[0]), double(a[1]), double(a[2])};
-    };
+// What the mass at a site adds to a sum of body_frame.h.
+__device__ inline int64_t part_of_body(int number, const corner& c, float mass,
+                                       const site_grid& grid, int site, double of_total) {
     return sensors::part_of_sum(
-        number, double(m.mass) * of_total, as_vector(m.position), as_vector(m.predicted),
+        number, double(absolute(mass)) * of_total, {double(c.x), double(c.y), double(c.z)},
+        {double(c.vx), double(c.vy), double(c.vz)},
         {double(site % grid.x), double(site / grid.x % grid.y), double(site / (grid.x * grid.y))});
 }
 
 // The inputs that are the same for all voxels. `block` is null in a scene without one.
-__device__ inline void sense_whole(const launch_arguments& launch, const robot_record& record,
+__device__ __noinline__ void sense_whole(const launch_arguments& launch, const robot_record& record,
                                    const int64_t sums[sensors::body_sums],
                                    const solid_record* block, real out[whole_inputs]) {
     const scene_of_kernel in{launch.scene};

@@ -244,17 +244,12 @@ struct grid_robot {
     // Stores what the controller's last tick makes of the springs' parameters.
     __device__ void store_drive(int64_t step) const {
         const int64_t voxels = int64_t(grid.x - 1) * (grid.y - 1) * (grid.z - 1);
-        const control_state state =
-            control_state_of(launch, shared.record, robot, step, voxels, sites());
-        const drive_of_control drive{launch, state, grid};
+        const control_state state = control_state_of(launch.control.columns, launch.scene,
+                                                     shared.record, robot, step, voxels);
         each_mass([&](int site, int) {
-            for (int number = 0; number < direction_count; ++number) {
-                spring_parameters own{};
-                drive(own, number, site);
-                float* const at = const_cast<float*>(columns) + number * sites() + site;
-                for (int i = spring_columns - 2; i < spring_columns; ++i)
-                    at[i * (direction_count * sites())] = own.value[i];
-            }
+            for (int number = 0; number < direction_count; ++number)
+                limax::cuda::store_drive(launch, state, grid, const_cast<float*>(columns), number,
+                                         site);
         });
         wait();
     }
@@ -265,10 +260,9 @@ struct grid_robot {
         for (int first = 0; first < sensors::body_sums; first += grid_sums) {
             int64_t part[grid_sums] = {};
             each_mass([&](int site, int) {
-                mass_state m;
-                recall(m, site, exchanged_corner(grid, half(side), site));
+                const corner c = exchanged_corner(grid, half(side), site);
                 for (int i = 0; i < grid_sums; ++i)
-                    part[i] += part_of_body(first + i, m, grid, site, of_total);
+                    part[i] += part_of_body(first + i, c, masses()[site], grid, site, of_total);
             });
             sum_over_robot(part);
             if (thread < grid_sums) shared.control.sums[first + thread] = shared.sum_of[thread];

@@ -55,19 +55,10 @@ struct measured_robot {
     }
     // Of a controlled robot: its drive, and steps since the last tick.
     __device__ control_state driven() const {
-        const int64_t voxels = launch.grid.voxels();
-        const bool holds = launch.scene.of(effects::index_of<effects::control>)
-                               [effects::control::at_hold] != 0.0;
-        return {launch.control + index * layout.count() * voxels,
-                launch.springs + (index * stored_columns + spring_columns) *
-                                     (direction_count * sites),
-                voxels, int(ticks_before(record, record.step) & 1),
-                holds ? real(0) : real(record.tick)};
+        return control_state_of(launch.control, launch.scene, record, index, record.step,
+                                launch.grid.voxels());
     }
-    __device__ double since_tick() const {
-        const int64_t since = record.step - record.settle_steps;
-        return since < 0 ? 0.0 : double(since % record.tick);
-    }
+    __device__ double since_tick() const { return double(steps_since_tick(record, record.step)); }
     __device__ float parameter(int column, int64_t slot) const {
         return launch.springs[(index * stored_columns + column) * direction_count * sites + slot];
     }
@@ -143,8 +134,11 @@ __device__ inline void measure_energy(const measured_robot& robot, double* out,
         spring.rest = rest;
         if constexpr (actuated) {
             if constexpr (controlled) {
-                const auto change = change_at(driven, site_grid(robot.launch.grid),
-                                              int(slot / robot.sites), int(slot % robot.sites));
+                const auto change = change_at(
+                    driven, site_grid(robot.launch.grid),
+                    robot.launch.springs +
+                        robot.index * (stored_columns * direction_count * robot.sites),
+                    int(slot / robot.sites), int(slot % robot.sites));
                 spring.sine = double(float(change.at_tick));
                 spring.cosine = double(float(change.per_step));
             } else {
@@ -222,7 +216,7 @@ __device__ inline void copy_control(const measured_robot& robot, int kind, doubl
         return;
     }
     const double share =
-        driven.steps > real(0) ? robot.since_tick() / double(robot.record.tick) : 1.0;
+        driven.share > real(0) ? robot.since_tick() / double(robot.record.tick) : 1.0;
     for (int64_t v = threadIdx.x; v < voxels; v += measure_threads) {
         const double from = driven.columns[(layout.activation() + driven.now) * voxels + v];
         const double to = driven.columns[(layout.activation() + 1 - driven.now) * voxels + v];

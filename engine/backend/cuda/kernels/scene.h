@@ -48,8 +48,7 @@ inline constexpr uint64_t control_sensors = LIMAX_CONTROL_SENSORS;
 #else
 inline constexpr uint64_t control_sensors = 0;
 #endif
-inline constexpr bool senses_rates =
-    sensors::reads(control_sensors, sensors::strain_rate, sensors::strain_rate + 1);
+inline constexpr bool senses_rates = sensors::reads_rates(control_sensors);
 inline constexpr bool shares_velocity = damped || has_faces || meets || senses_rates;
 
 // Columns of spring parameters: k, then c, then A and B.

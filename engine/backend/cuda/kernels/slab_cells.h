@@ -28,11 +28,8 @@ struct thread_cells {
         return launch.cells[(cluster_rank() * slots + slot) * 32 + threadIdx.x % 32];
     }
 
-    // Finds this thread's cells and loads the parameters of their springs; what drives them, from
-    // `drive`.
-    template <class Drive = drive_of_columns>
-    __device__ void load(const launch_arguments& launch, block_memory& shared,
-                         const Drive& drive = {}) {
+    // Finds this thread's cells and loads the parameters of their springs.
+    __device__ void load(const launch_arguments& launch, block_memory& shared) {
         constexpr site_grid grid{lattice{}};
         const float* columns =
             launch.springs + robot_of(launch) * (stored_columns * direction_count * sites);
@@ -52,12 +49,12 @@ struct thread_cells {
             if (k >= cube_rounds) {
                 if (has_slot(k))
                     load_square(stored(shared, k), grid, columns, cell.site,
-                                here ? cell.axes & cube_axes : 0, across, drive);
+                                here ? cell.axes & cube_axes : 0, across);
             } else if (square[k] != cube_axes) {
                 load_square(cube[k], grid, columns, cell.site, here ? cell.axes & cube_axes : 0,
-                            across, drive);
+                            across);
             } else {
-                load_cube(cube[k], grid, columns, cell.site, here ? cube_axes : 0, drive);
+                load_cube(cube[k], grid, columns, cell.site, here ? cube_axes : 0);
             }
         }
     }

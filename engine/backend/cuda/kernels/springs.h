@@ -90,17 +90,11 @@ struct held_parameters {
 using held_cube = held_parameters<cube_classes, cube_springs>;
 using held_square = held_parameters<rim_classes, rim_springs>;
 
-// What a controller makes of A and B of the spring from a site along a direction; nothing where the
-// columns have it.
-struct drive_of_columns {
-    __device__ void operator()(spring_parameters& /*own*/, int /*direction*/, int /*near*/) const {}
-};
-
 // Loads the parameters of a cell with `axes` in the place of a cube. Springs that it lacks get
 // none.
-template <class Set, class Drive = drive_of_columns>
+template <class Set>
 __device__ inline void load_cube(Set&& set, const site_grid& grid, const float* columns, int site,
-                                 int axes, const Drive& drive = {}) {
+                                 int axes) {
     each_constant<cube_springs>([&](auto i) {
         constexpr cube_spring s = cube_spring_at(i.value);
         constexpr parameter_place at = cube_place(i.value);
@@ -109,10 +103,7 @@ __device__ inline void load_cube(Set&& set, const site_grid& grid, const float* 
         const bool owned = (axes & needed) == needed;
         if constexpr (at.other < 0) {
             spring_parameters own{};
-            if (owned) {
-                own.load(grid, columns, slot);
-                drive(own, s.direction, site + grid.corner(s.near));
-            }
+            if (owned) own.load(grid, columns, slot);
             set.of_class(at.of_class) = own;
         } else if constexpr (damped) {
             set.damping(at.other) = owned ? columns[direction_count * grid.count() + slot] : 0.0f;
@@ -120,23 +111,19 @@ __device__ inline void load_cube(Set&& set, const site_grid& grid, const float* 
     });
 }
 // The same in the place of a square across `square`.
-template <class Set, class Drive = drive_of_columns>
+template <class Set>
 __device__ inline void load_square(Set&& set, const site_grid& grid, const float* columns, int site,
-                                   int axes, int square, const Drive& drive = {}) {
+                                   int axes, int square) {
     const int first = square & -square;
     each_constant<rim_springs>([&](auto i) {
         constexpr parameter_place at = rim_place(i.value);
         const int needed = i.value == 0 ? square & ~first : i.value == 1 ? first : square;
         const bool owned = (axes & needed) == needed;
-        const int direction = rim_direction(square, i.value);
-        const int near = site + (rim_near(i.value) ? grid.corner(first) : 0);
-        const int slot = direction * grid.count() + near;
+        const int slot = rim_direction(square, i.value) * grid.count() + site +
+                         (rim_near(i.value) ? grid.corner(first) : 0);
         if constexpr (at.other < 0) {
             spring_parameters own{};
-            if (owned) {
-                own.load(grid, columns, slot);
-                drive(own, direction, near);
-            }
+            if (owned) own.load(grid, columns, slot);
             set.of_class(at.of_class) = own;
         } else if constexpr (damped) {
             set.damping(at.other) = owned ? columns[direction_count * grid.count() + slot] : 0.0f;

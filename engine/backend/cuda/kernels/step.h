@@ -20,6 +20,101 @@
 
 namespace limax::cuda {
 
+// ---- the controller: not inlined, so that its registers are those that the springs' parameters
+// have between ticks ----
+
+// Whether some cell takes the parameters of a class from the spring along a direction.
+__device__ constexpr bool stands_for_class(int number) {
+    bool found = false;
+    for (int i = 0; i < cube_springs; ++i)
+        found |= cube_place(i).other < 0 && cube_spring_at(i).direction == number;
+    for (const int square : {3, 5, 6})
+        for (int i = 0; i < rim_classes; ++i) found |= rim_direction(square, i) == number;
+    return found;
+}
+
+// Stores what the last tick makes of the parameters of the springs of this block's sites.
+__device__ __noinline__ void drive_block(const launch_arguments& launch, block_memory& shared,
+                                         int64_t step) {
+    constexpr site_grid grid{lattice{}};
+    constexpr int layer = grid.x * grid.y;
+    const int64_t robot = robot_of(launch);
+    const control_state state =
+        control_state_of(launch.control.columns, launch.scene, shared.record, robot, step,
+                         int64_t(LIMAX_NX) * LIMAX_NY * LIMAX_NZ);
+    float* const columns = const_cast<float*>(launch.springs) +
+                           robot * (stored_columns * direction_count * sites);
+    // also of the sites above, which begin in the next block
+    const int first = first_layer(cluster_rank()) * layer;
+    const int end = (first_layer(cluster_rank() + 1) + 1) * layer;
+    for (int site = first + int(threadIdx.x); site < end; site += threads)
+        each_constant<direction_count>([&](auto d) {
+            if constexpr (stands_for_class(d.value))
+                store_drive(launch, state, grid, columns, d.value, site);
+        });
+}
+
+// What the controller senses of the body as a whole.
+__device__ inline void sense_body(const launch_arguments& launch, block_memory& shared) {
+    constexpr site_grid grid{lattice{}};
+    constexpr int layer = grid.x * grid.y, at_once = 6;
+    const robot_record& record = shared.record;
+    const double of_total = 1.0 / record.total_mass;
+    const float* const mass = launch.mass + robot_of(launch) * sites;
+    const bool topmost = cluster_rank() == cluster_blocks - 1;
+    const int begin = first_layer(cluster_rank()) * layer;
+    const int end = (first_layer(cluster_rank() + 1) + topmost) * layer;
+#pragma unroll 1
+    for (int first = 0; first < sensors::body_sums; first += at_once) {
+        const int count = smaller(at_once, sensors::body_sums - first);
+#pragma unroll 1
+        for (int i = 0; i < count; ++i) {
+            int64_t part = 0;
+            for (int site = begin + int(threadIdx.x); site < end; site += threads)
+                part += part_of_body(first + i, corner_of_robot(site, shared), mass[site], grid,
+                                     site, of_total);
+            add_over_warp(part, shared.part[sum_center + i]);
+        }
+        add_over_blocks(shared, sum_center, count);
+        if (threadIdx.x == 0)
+            for (int i = 0; i < count; ++i)
+                shared.control.sums[first + i] = shared.sum_of[sum_center + i];
+        __syncthreads();
+    }
+    const solid_record* block = nullptr;
+    if constexpr (has_solid)
+        block = &solid_of(launch, robot_of(launch), sites,
+                          launch.solids.after + robot_of(launch) * 3 * sites)
+                     .record;
+    if (threadIdx.x == 0)
+        sense_whole(launch, record, shared.control.sums, block, shared.control.whole);
+    __syncthreads();
+}
+
+// The controller's tick at `step`. Returns false if it gave a value that is not finite.
+__device__ __noinline__ bool tick_block(const launch_arguments& launch, block_memory& shared,
+                                        int64_t step) {
+    constexpr site_grid grid{lattice{}};
+    const robot_record& record = shared.record;
+    scene_params params(launch.params);
+    follow_origin(params, launch.scene, record.origin);
+    if constexpr (senses_body) sense_body(launch, shared);
+    const int64_t number = ticks_before(record, step);
+    const int lowest = first_layer(cluster_rank());
+    const int layers = first_layer(cluster_rank() + 1) - lowest;
+    const float* const genes = shared.control.genes_of(launch, robot_of(launch));
+    bool finite = true;
+    for (int v = threadIdx.x; v < LIMAX_NX * LIMAX_NY * layers; v += threads)
+        finite &= tick_voxel(launch, record, params, robot_of(launch), number, grid, v % LIMAX_NX,
+                             v / LIMAX_NX % LIMAX_NY, v / (LIMAX_NX * LIMAX_NY) + lowest, genes,
+                             shared.control.whole,
+                             [&](int site) { return corner_of_robot(site, shared); });
+    if (any_of_robot(shared, control_wild, !finite)) return false;
+    drive_block(launch, shared, step);
+    meet_cluster();
+    return true;
+}
+
 // One thread's part of a robot: its cells and their masses.
 struct block_robot {
     const launch_arguments& launch;
@@ -108,7 +203,9 @@ struct block_robot {
         const robot_record& record = shared.record;
         if constexpr (controlled) {
             shared.control.load(launch, robot_of(launch), threads);
-            load_drive(record.step);
+            drive_block(launch, shared, record.step);
+            meet_cluster();
+            cells.load(launch, shared);
         }
         const bool begun = record.begun;
         each_mass([&](int k) {
@@ -190,62 +287,12 @@ struct block_robot {
             note_contact(launch, shared.record, shared.sum_of[sum_touching], rank == 0);
     }
 
-    // Loads the parameters of the springs, with what the controller's last tick makes of them.
-    __device__ void load_drive(int64_t step) {
-        constexpr site_grid grid{lattice{}};
-        constexpr int64_t voxels = int64_t(LIMAX_NX) * LIMAX_NY * LIMAX_NZ;
-        const control_state state =
-            control_state_of(launch, shared.record, robot_of(launch), step, voxels, sites);
-        cells.load(launch, shared, drive_of_control{launch, state, grid});
-    }
-
     // Lets the controller act. Returns false if it gave a value that is not finite.
     __device__ bool take_tick(int64_t step) {
-        constexpr site_grid grid{lattice{}};
-        robot_record& record = shared.record;
         wait();
-        if constexpr (senses_body) sense_body();
-        const int64_t number = ticks_before(record, step);
-        const int lowest = first_layer(rank), layers = first_layer(rank + 1) - lowest;
-        const float* const genes = shared.control.genes_of(launch, robot_of(launch));
-        bool finite = true;
-        for (int v = thread; v < LIMAX_NX * LIMAX_NY * layers; v += threads)
-            finite &= tick_voxel(launch, record, params, robot_of(launch), number, grid,
-                                 v % LIMAX_NX, v / LIMAX_NX % LIMAX_NY,
-                                 v / (LIMAX_NX * LIMAX_NY) + lowest, genes, shared.control.whole,
-                                 [&](int site) { return corner_of_robot(site, shared); });
-        if (any_of_robot(shared, control_wild, !finite)) return false;
-        load_drive(step);
+        if (!tick_block(launch, shared, step)) return false;
+        cells.load(launch, shared);
         return true;
-    }
-
-    // What the controller senses of the body as a whole.
-    __device__ void sense_body() {
-        constexpr site_grid grid{lattice{}};
-        robot_record& record = shared.record;
-        const double of_total = 1.0 / record.total_mass;
-        constexpr int at_once = 6;
-#pragma unroll 1
-        for (int first = 0; first < sensors::body_sums; first += at_once) {
-            const int count = smaller(at_once, sensors::body_sums - first);
-            for (int i = 0; i < count; ++i) {
-                int64_t part = 0;
-                each_site([&](int k, int site) {
-                    part += part_of_body(first + i, mass[k], grid, site, of_total);
-                });
-                add_over_warp(part, shared.part[sum_center + i]);
-            }
-            add_over_blocks(shared, sum_center, count);
-            if (thread == 0)
-                for (int i = 0; i < count; ++i)
-                    shared.control.sums[first + i] = shared.sum_of[sum_center + i];
-            __syncthreads();
-        }
-        const solid_record* block = nullptr;
-        if constexpr (has_solid) block = &solid().record;
-        if (thread == 0)
-            sense_whole(launch, record, shared.control.sums, block, shared.control.whole);
-        __syncthreads();
     }
 
     // The muscles' moments of the steps up to the next event.

@@ -364,10 +364,8 @@ scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, kernel_
     out.has_faces = mask & effects::face_bits;
     out.meets = mask & effects::meeting_bits;
     out.has_solid = mask & effects::solid_bits;
-    const uint64_t senses = setup.scene.controller().sensors;
-    out.shares_velocity =
-        out.damped || out.has_faces || out.meets ||
-        sensors::reads(senses, sensors::strain_rate, sensors::strain_rate + 1);
+    out.shares_velocity = out.damped || out.has_faces || out.meets ||
+                          sensors::reads_rates(setup.scene.controller().sensors);
     out.spring_columns = 1 + (out.damped ? 1 : 0) + (out.actuated ? 2 : 0);
     out.state_columns = setup.options.precision == LIMAX_COMPENSATED ? 15 : 9;
     out.doing_ = format("stepping robots of %dx%dx%d voxels with %s in %s", setup.grid.nx,
