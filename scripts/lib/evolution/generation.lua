@@ -38,6 +38,13 @@ local strict = require "limax.engine.strict"
 ---@field island integer|nil number of the island of which survival and selection see the robots
 ---@field state table|nil that of the experiment's functions, after `score`; a loop may write to it
 local Population = strict.methods "population"
+
+-- population.ranked[1].fitness: Lua's own message names neither the field nor the remedy.
+debug.setmetatable(0, { __index = function(number, key)
+  error(("attempt to index the number %.6g (field %s): population.ranked lists indices, as in"
+    .. " population[population.ranked[1]].fitness"):format(number, schema.show(key)), 2)
+end })
+
 local class = { methods = Population }
 
 -- The fields that scripts read, and those that only the loop reads; a population may lack some.
@@ -399,8 +406,9 @@ local function constant_text(robots)
       .. " read the genes?"):format(#robots.ranked)
   end
   return differ and ("all %d scored robots of generation 0 have the fitness %.6g: selection cannot"
-    .. " tell them apart; does the fitness read the robot?"):format(#robots.ranked,
-    all[first].fitness)
+    .. " tell them apart; does %s?"):format(#robots.ranked, all[first].fitness,
+    robots.scored_by.name == "function" and "the fitness read the robot"
+    or "the scene let robots differ in it")
 end
 
 -- Scores robots that were simulated here, and receives the scores of other ranks.

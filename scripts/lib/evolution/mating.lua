@@ -266,22 +266,6 @@ function mating.initial(world)
   return all
 end
 
--- The genome of a robot as a text.
-local function genome_of(population, i)
-  local genome = view.memory(population:genome_copy(i))
-  return ffi.string(genome, ffi.sizeof(genome))
-end
-
--- Warns if no robot of the first bred generation differs from its first parent.
-local function check_variation(world, robots, bred, parents, elites)
-  if robots.generation > 0 or elites == #robots then return end
-  for i = elites + 1, #robots do
-    if genome_of(bred, i) ~= genome_of(parents.engine, parents.pairs[i][1]) then return end
-  end
-  world.say("genome: no robot of generation 1 differs from its parent: do mutation and crossover"
-    .. " write to robots:genes(i), for each i?")
-end
-
 --- The generation after a scored one: its genomes and rows, whose bodies are still to be expressed.
 ---@param decided limax.supervision.decided with `same_materials`: are they those of `robots`?
 ---@param chosen { elites: integer[], parents: (integer|limax.archive.row)[][],
@@ -298,7 +282,6 @@ function mating.breed(world, robots, decided, chosen)
     state = rawget(robots, "state") }
   local bred = genes.breed(rules, { generation = robots.generation + 1, elites = elites,
     pairs = parents.pairs, parents = parents.engine, rows = all, parent_rows = parents.rows })
-  check_variation(world, robots, bred, parents, elites)
   if world.experiment.survival.ages then
     local places = renew(all, parents, world.experiment.survival.newcomers)
     genes.initialize(rules, bred, places, robots.generation + 1)

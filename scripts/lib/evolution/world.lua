@@ -131,7 +131,7 @@ function World:rules(fields)
     lattice = self.config.lattice, materials = fields.materials, parameters = fields.parameters,
     state = rawget(fields, "state"), seed = self.config.seed, repetition = self.repetition,
     require_muscle = self.config.genome.require_muscle, device = self.device,
-    empty = function() return self:empty() end }
+    empty = function() return self:empty() end, say = self.say }
 end
 
 --- The first materials with other values of the fields that a supervisor may change.

@@ -46,7 +46,7 @@ class.__newindex = strict.read_only("a list of robots", "write to their genes, o
 ---@param fields table of limax.batch, and `parts`
 ---@return limax.batch
 function batch.new(rows, fields)
-  fields.parts.has = {}
+  fields.parts.has, fields.parts.streams = {}, {}
   for k, i in ipairs(rows) do fields[k], fields.parts.has[i] = i, true end
   return setmetatable(fields, class)
 end
@@ -137,7 +137,8 @@ function methods:parents(i)
   return parents:genome(pair[1]), parents:genome(pair[2])
 end
 
---- Random numbers for robot i, the same in every run with the same seed.
+--- Random numbers for robot i, the same in every run with the same seed. Each call of one function
+--- continues them.
 ---@param i integer
 ---@return limax.random
 function methods:random(i)
@@ -146,8 +147,10 @@ function methods:random(i)
     engine.fail("robots:random: " .. batch.GENES_ONLY)
   end
   require_row(self, i, "robot")
-  return engine.random(parts.seed, parts.repetition, "variation", self.generation,
-    parts.counter + i)
+  local streams = parts.streams
+  streams[i] = streams[i] or engine.random(parts.seed, parts.repetition, "variation",
+    self.generation, parts.counter + i)
+  return streams[i]
 end
 
 --- Initial genes by the engine's rule.

@@ -237,6 +237,14 @@ local function check_fields(self)
   if type(spec) ~= "table" then
     return "limax.experiment: expected a table, got " .. schema.show(spec)
   end
+  -- { "distance" } is "distance", also in config.json
+  for _, name in ipairs { "fitness", "selection", "survival", "archive", "supervisor" } do
+    local named = spec[name]
+    if type(named) == "table" and type(named[1]) == "string" and next(named, 1) == nil
+      and next(named) == 1 then
+      spec[name] = named[1]
+    end
+  end
   local config, message = rules(spec, "")
   if not config then return message end
   if spec.fitness == nil then

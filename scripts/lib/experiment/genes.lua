@@ -18,6 +18,7 @@ local genes = {}
 ---@field require_muscle boolean
 ---@field device limax.device|nil
 ---@field empty fun(): limax.population another population of the same size
+---@field say fun(text: string) warns once
 
 -- Purposes of a script's random numbers; robots count below 2^24.
 local PHASE = { initialize = 0, mutation = 1, crossover = 2 }
@@ -106,14 +107,19 @@ function genes.breed(rules, plan)
     elites = plan.elites }, rules.device)
   if not in_script then return population end
   local rows = rows_of(plan.elites + 1, population.count)
-  local function apply(phase, own)
+  local function apply(phase, own, is_own)
+    local before = is_own and plan.generation == 1 and rows[1] and population:genomes_bytes()
     call("the " .. phase, own, rules, population, rows, { phase = phase,
       generation = plan.generation, rows = plan.rows, parent_rows = plan.parent_rows,
       pairs = plan.pairs, parents = plan.parents })
+    if before and population:genomes_bytes() == before then
+      rules.say(("genome.%s: the %s changed no gene in generation 1: does it write to"
+        .. " robots:genes(i), for each i?"):format(phase, phase))
+    end
   end
-  if crossover.call then apply("crossover", crossover.call) end
+  if crossover.call then apply("crossover", crossover.call, crossover.own) end
   if not mutation.none then
-    apply("mutation", mutation.call or function(robots) robots:mutate() end)
+    apply("mutation", mutation.call or function(robots) robots:mutate() end, mutation.own)
   end
   return population
 end

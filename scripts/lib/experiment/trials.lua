@@ -106,6 +106,7 @@ local function complete(entry, config, path, notes)
   local scene = entry.scene or config.scene
   local view = { scene = scene, simulation = simulation, lattice = config.lattice,
     materials = entry.materials or config.materials }
+  own[#own + 1] = entry.scene and plausible.dropped(scene, config.scene)
   for _, note in ipairs(plausible.notes(view)) do own[#own + 1] = note end
   for _, note in ipairs(own) do
     local text = named(note, entry, path)

@@ -10,6 +10,7 @@ local variation = strict.module "limax.variation"
 
 ---@class limax.variation.step one of these, or neither for the engine's own operator
 ---@field call? fun(robots: limax.batch) changes the genes of these robots
+---@field own? boolean is `call` a function of the script?
 ---@field none? boolean nothing is changed
 ---@field adapts? boolean it writes a robot's `step_size`
 
@@ -113,7 +114,7 @@ variation.crossovers.two_point = {
 -- The step that a field of `genome` names, or the encoding's own function.
 local function step(field, spec, entries, own, default)
   if spec == nil and own then spec = own end
-  if type(spec) == "function" then return { call = spec } end
+  if type(spec) == "function" then return { call = spec, own = true } end
   local name, options = choice.read(field, spec or default, entries)
   return entries[name].make(options)
 end

@@ -3,6 +3,7 @@
 
 local engine = require "limax.engine"
 local host = require "limax.host"
+local output = require "limax.base.output"
 local schema = require "limax.engine.schema"
 local strict = require "limax.engine.strict"
 
@@ -72,16 +73,26 @@ function Moving:step(steps)
   return self
 end
 
---- Advances by a simulated time, rounded up to whole steps.
+local warned = false
+
+--- Advances by a simulated time, rounded up to whole steps. The first `settle` seconds let the body
+--- settle before t = 0.
 ---@param seconds number s
 ---@return limax.robot_in_motion self
 function Moving:go(seconds)
   if type(seconds) ~= "number" or not (seconds > 0) then
     engine.fail(("go: expected seconds above 0, got %s"):format(schema.show(seconds)))
   end
-  local time_step = self.simulation:outcome(1).time_step
+  local before = self.simulation:outcome(1)
+  local step, settle, time_step = before.step, -before.time, before.time_step
   -- a little less, so that rounding adds no step
   advance(self.simulation, math.ceil(seconds / time_step - 1e-6))
+  if not warned and step == 0 and seconds > settle / 2 and self.time < time_step then
+    warned = true
+    output.warn(("! go: the body settles for %.4g s, and go(%.4g) ends at t = %.4g s, when muscles"
+      .. " have not moved yet: begin { settle = 0 }, or go(%.4g)\n"):format(settle, seconds,
+      math.abs(self.time) < 1e-9 and 0 or self.time, settle + seconds))
+  end
   return self
 end
 

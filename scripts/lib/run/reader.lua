@@ -52,6 +52,10 @@ local function runs_in(folder)
     return ("; it is a sweep or a study: name one of its runs%s; limax report %s shows them all"):
       format(first and (", such as %s/%s"):format(folder, first.path) or "", folder)
   end
+  local parent = folder:match "^(.*)/r%d+$"
+  if parent and reader.is_run(parent) then
+    return ("; it is a repetition of the run %s: name that"):format(parent)
+  end
   for _, name in ipairs(host.file.list(folder) or {}) do
     local path = folder .. "/" .. name
     if reader.is_run(path) then

@@ -141,11 +141,14 @@ local function nothing_to_push(config)
   elseif not scene.gravity then
     return ("scene names %s and no gravity: nothing presses bodies onto it; gravity = true does")
       :format(contact)
-  elseif not scene.friction and contact == "ground" and not has_any(scene, { unpack(CONTACTS, 3) })
-  then
-    return "scene names no friction: on smooth ground no muscle moves a body along; friction = true"
-      .. " does"
   end
+  local friction = scene.friction
+  if friction and friction.static + friction.kinetic > 0
+    or contact ~= "ground" or has_any(scene, { unpack(CONTACTS, 3) }) then
+    return nil
+  end
+  return (friction and "scene.friction is 0" or "scene names no friction")
+    .. ": on smooth ground no muscle moves a body along; friction = true does"
 end
 
 -- Voxels of a size that a wrong unit explains.
@@ -210,8 +213,9 @@ function plausible.overlap(found)
   if not found then return nil end
   local others = found.robots > 1 and (" (%d robots begin inside something)"):format(found.robots)
     or ""
-  return ("position: %s begins %.3g m inside %s%s: contact throws it out; begin outside"):format(
-    found.subject, found.depth, found.obstacle, others)
+  return ("position: %s begins %.3g m inside %s%s: contact throws it out; begin outside%s"):format(
+    found.subject, found.depth, found.obstacle, others,
+    found.obstacle:find("plane", 1, true) and ", to which a plane's normal points" or "")
 end
 
 --- A note about a scene of a simulation that was probably meant to change another one; nil if not.
@@ -230,6 +234,21 @@ function plausible.replaced(named, scene)
   end
   return "scene replaces that of the robot: every effect in it is false, so nothing acts;"
     .. " limax.scenes.land { friction = false } is land without friction"
+end
+
+--- A note about the scene of a trial that lacks what bodies stand on; nil if it does not.
+---@param scene table of the trial
+---@param common table that of the experiment, which it replaces
+---@return string|nil
+function plausible.dropped(scene, common)
+  if scene.gravity or scene.drag or has_any(scene, CONTACTS) or not has_any(common, CONTACTS) then
+    return nil
+  end
+  local lost = {}
+  for name in pairs(common) do lost[#lost + 1] = not scene[name] and name or nil end
+  table.sort(lost)
+  return ("scene replaces that of the experiment, so it lacks its %s; name these too, as"
+    .. " limax.scenes.land { ... } does"):format(table.concat(lost, ", "))
 end
 
 --- A note on a rate that is too low for the measures of a trace; nil if it is not.

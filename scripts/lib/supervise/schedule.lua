@@ -6,7 +6,9 @@
 
 local schema = require "limax.engine.schema"
 
-local parameters = require("limax.supervise.proposals").parameters
+local proposals = require "limax.supervise.proposals"
+
+local parameters = proposals.parameters
 
 -- Points { generation, value }, generations rising.
 local function points_rule(value, path)
@@ -57,6 +59,16 @@ return {
     local list = {}
     for _, name in ipairs(parameters) do list[#list + 1] = chosen[name] and name end
     return list
+  end,
+  unfit = function(chosen, config)
+    for _, limit in ipairs(proposals.limits(config.population, config.supervision.ranges)) do
+      for k, point in ipairs(chosen[limit.field] or {}) do
+        if point[2] < limit.minimum or point[2] > limit.maximum then
+          return ("%s[%d] is { %g, %.6g }: expected a value from %.6g to %.6g, the range of every"
+            .. " proposal"):format(limit.field, k, point[1], point[2], limit.minimum, limit.maximum)
+        end
+      end
+    end
   end,
   note = function(chosen, config)
     local last = config.generations - 1

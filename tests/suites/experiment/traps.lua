@@ -153,7 +153,9 @@ suite:test("valid but probably unintended settings", function(t)
       { genes = 2, express = function(robots)
         for _, i in ipairs(robots) do robots:voxels(i)[1] = robots.materials:index "e" end
       end } }]],
-    ["no robot of generation 1 differs from its parent"] = [[genome = { crossover = "none",
+    ["genome.crossover: the crossover changed no gene in generation 1"] =
+      "genome = { crossover = function() end }",
+    ["genome.mutation: the mutation changed no gene in generation 1"] = [[genome = { crossover = "none",
       mutation = function(robots)
         for _, i in ipairs(robots) do robots:genes(i):table()[1] = 7 end
       end }]],
@@ -172,6 +174,15 @@ suite:test("valid but probably unintended settings", function(t)
       'fitness = "carry", scene = limax.scenes.land { block = { position = { 5, 0, 0 } } }',
     ["mutation_scale ends at generation 39, and the run at 2"] =
       'supervisor = { "schedule", mutation_scale = { { 0, 0.2 }, { 39, 0.02 } } }',
+    ["scene.friction is 0: on smooth ground no muscle"] =
+      "scene = limax.scenes.land { friction = { static = 0, kinetic = 0 } }",
+    ["trials[1].scene.friction is 0: on smooth ground no muscle"] =
+      "trials = { { scene = limax.scenes.land { friction = { static = 0, kinetic = 0 } } } }",
+    ["trials[1].scene replaces that of the experiment, so it lacks its damping, friction, gravity,"
+      .. " ground;"] = "trials = { { scene = { wind = { velocity = { 1, 0, 0 } },"
+      .. " actuation = true } }, {} }",
+    ["have the fitness 0: selection cannot tell them apart; does the scene let"] =
+      'fitness = "height", scene = { gravity = true, drag = true }',
     ["trials[2].scene names no friction"] =
       "trials = { {}, { scene = { ground = true, gravity = true, actuation = true } } }",
     ["scene.terrain is beside the body: along x it reaches from 1 to 1.5 m"] = "scene ="
@@ -181,6 +192,59 @@ suite:test("valid but probably unintended settings", function(t)
   } do
     gives(t, 0, text, fields)
   end
+end)
+
+suite:test("messages that name the range and the remedy", function(t)
+  gives(t, 2, 'supervisor "schedule": mutation_scale[2] is { 20, 2 }: expected a value from 0.001'
+    .. " to 1, the range of every proposal",
+    'supervisor = { "schedule", mutation_scale = { { 0, 1 }, { 20, 2 } } }')
+  gives(t, 2, "mutation_rate[1] is { 0, 0.3 }: expected a value from 0.001 to 0.2",
+    'supervisor = { "schedule", mutation_rate = { { 0, 0.3 } } }, supervision = { ranges = {'
+    .. " mutation_rate = { 0.001, 0.2 } } }")
+  gives(t, 1, "population.ranked lists indices, as in population[population.ranked[1]].fitness",
+    "selection = function(population) return population.ranked[1].fitness end")
+end)
+
+suite:test("{ name } is the name", function(t)
+  local function config(fields) return limax.experiment(fields).config end
+  for name, value in pairs { fitness = "distance", selection = "tournament", survival = "plus",
+    supervisor = "rules" } do
+    t:equal(config { fitness = "walk", [name] = { value } },
+      config { fitness = "walk", [name] = value })
+  end
+end)
+
+suite:test("random numbers of a robot go on", function(t)
+  gives(t, 1, "DRAWN true", [[genome = { mutation = function(robots)
+    local i = robots[1]
+    error("DRAWN " .. tostring(robots:random(i):uniform() ~= robots:random(i):uniform()))
+  end }]])
+end)
+
+suite:test("a run that its evaluations end, and what is no run nor robot in it", function(t)
+  local folder = t:folder()
+  assert(host.file.write_atomic(folder .. "/try.lua",
+    SCRIPT:format("", 'fitness = "distance", evaluations = 6', "return experiment")))
+  local done = process.ends(folder, { "run", "try.lua" })
+  t:ok(done.stdout:find("; evaluations = 6 allow 1 of 3 generations", 1, true), done.stdout)
+  done = process.ends(folder, { "convert", "runs/try-1/r01/robots/g0000.npy", "x.json" })
+  t:ok(done.stderr:find("limax convert runs/try-1 FILE --generation 0", 1, true), done.stderr)
+  done = process.ends(folder, { "report", "runs/try-1/r01" })
+  t:ok(done.stderr:find("it is a repetition of the run runs/try-1: name that", 1, true),
+    done.stderr)
+end)
+
+suite:test("going through the time in which a body settles", function(t)
+  local folder = t:folder()
+  local function went(call)
+    assert(host.file.write_atomic(folder .. "/try.lua",
+      'require("limax").robot { voxels = "ee" }:begin { duration = 0.5 }' .. call))
+    return process.ends(folder, { "try.lua" }).stderr
+  end
+  local stderr = went ":go(0.5)"
+  t:ok(stderr:find("! go: the body settles for 0.5 s, and go(0.5) ends at t = 0 s", 1, true),
+    stderr)
+  t:equal(went ":go(0.1):go(0.4)" .. went ":go(0.6)", "")
 end)
 
 suite:test("a fitness that depends on more than the robot", function(t)

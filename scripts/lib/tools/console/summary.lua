@@ -3,6 +3,7 @@
 --- strip, and the command that makes a page.
 
 local body_picture = require "limax.draw.body_picture"
+local budget = require "limax.experiment.budget"
 local choice = require "limax.base.choice"
 local curves = require "limax.tools.report.curves"
 local failure = require "limax.base.failure"
@@ -101,8 +102,14 @@ function summary.show(folder, options)
   local result = runs.result(run)
   local first, last = champion_of(run, lines[1]), champion_of(run, result)
 
-  write(("\n%s: %d generations of %d robots, repetition %d, seed %s\n\n"):format(
-    terminal.bold(config.name, style), #lines, config.population, run.repetition, run.seed))
+  local spent, ending = 0, ""
+  for _, line in ipairs(lines) do spent = spent + line.evaluations end
+  if #lines < config.generations and not budget.allows_another(config, #lines, spent) then
+    ending = ("; evaluations = %d allow %d of %d generations"):format(config.evaluations, #lines,
+      config.generations)
+  end
+  write(("\n%s: %d generations of %d robots, repetition %d, seed %s%s\n\n"):format(
+    terminal.bold(config.name, style), #lines, config.population, run.repetition, run.seed, ending))
   if #found.runs > 1 then write(repetition_table(found.runs, style) .. "\n\n") end
   local unit, words = runs.fitness_words(config.fitness)
   local since = runs.comparable(run)[1].generation

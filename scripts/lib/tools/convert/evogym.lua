@@ -48,6 +48,11 @@ end
 
 local function decoded(path, bytes)
   local array, message = npy.decode(bytes)
+  local generation = path:match "r%d+/robots/g(%d+)%.npy$"
+  if not array and generation then
+    input.refuse(path, "is a population of limax, not a body of EvoGym; name the run: limax convert"
+      .. " %s FILE --generation %d", path:match "^(.*)/r%d+/robots/" or ".", tonumber(generation))
+  end
   if not array then input.refuse(path, "%s", message) end
   return array
 end

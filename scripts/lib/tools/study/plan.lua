@@ -3,6 +3,7 @@
 --- populations and the budget of evaluations are the same in all.
 
 local failure = require "limax.base.failure"
+local proposals = require "limax.supervise.proposals"
 local source = require "limax.base.source"
 local suggest = require "limax.engine.suggest"
 
@@ -41,9 +42,15 @@ end
 -- Elites decrease from half of the population to one, mutations to a tenth, as in EvoGym's genetic
 -- algorithm and in annealing; `last` is the last generation.
 local function schedule(config, last)
-  local scale = config.breeding.mutation_scale
-  return { "schedule", mutation_scale = { { 0, scale }, { last, scale / 10 } },
-    elite_fraction = { { 0, 0.5 }, { last, 1 / config.population } }, shape = "geometric" }
+  local scale, within = config.breeding.mutation_scale, {}
+  for _, limit in ipairs(proposals.limits(config.population, config.supervision.ranges)) do
+    within[limit.field] = function(value)
+      return math.max(limit.minimum, math.min(limit.maximum, value))
+    end
+  end
+  local scaled, elite = within.mutation_scale, within.elite_fraction
+  return { "schedule", mutation_scale = { { 0, scaled(scale) }, { last, scaled(scale / 10) } },
+    elite_fraction = { { 0, elite(0.5) }, { last, elite(0) } }, shape = "geometric" }
 end
 
 --- The arms in the order in which they run. Materials are changed by the `random` and `llm` arms
