@@ -105,8 +105,8 @@ function front.ranges(list, measured)
     for _, each in ipairs(list) do
       least, most = math.min(least, each.objectives[k]), math.max(most, each.objectives[k])
     end
-    texts[k] = ("%s is %.4g to %.4g (reference %.6g, expected %s)"):format(measure.name, least, most,
-      measured.reference[k], measure.sign < 0 and "above" or "below")
+    texts[k] = ("%s is %.4g to %.4g (reference %.6g, expected %s)"):format(measure.name, least,
+      most, measured.reference[k], measure.sign < 0 and "above" or "below")
   end
   return table.concat(texts, ", ")
 end

@@ -155,8 +155,8 @@ suite:test("valid but probably unintended settings", function(t)
       end } }]],
     ["genome.crossover: the crossover changed no gene in generation 1"] =
       "genome = { crossover = function() end }",
-    ["genome.mutation: the mutation changed no gene in generation 1"] = [[genome = { crossover = "none",
-      mutation = function(robots)
+    ["genome.mutation: the mutation changed no gene in generation 1"] = [[genome = {
+      crossover = "none", mutation = function(robots)
         for _, i in ipairs(robots) do robots:genes(i):table()[1] = 7 end
       end }]],
     ["muscles never reach their amplitude"] =
