@@ -216,7 +216,7 @@ suite:test("values that the supervisor would change are refused", function(t)
       and done.stderr:find("add --set supervisor=fixed", 1, true), done.stderr)
     t:equal(host.file.exists(folder .. "/s"), nil)
   end
-  evolution.script(folder .. "/try.lua", 'supervisor = { "schedule", mutation_rate = {{ 0, 1 }} }')
+  evolution.script(folder .. "/try.lua", 'supervisor = { "schedule", mutation_rate = {{0, 0.5}} }')
   t:equal(planned(rate).status, 2)
   t:equal(planned(scale).status, 0)
   -- what other supervisors leave alone
