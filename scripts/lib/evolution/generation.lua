@@ -39,12 +39,6 @@ local strict = require "limax.engine.strict"
 ---@field state table|nil that of the experiment's functions, after `score`; a loop may write to it
 local Population = strict.methods "population"
 
--- population.ranked[1].fitness: Lua's own message names neither the field nor the remedy.
-debug.setmetatable(0, { __index = function(number, key)
-  error(("attempt to index the number %.6g (field %s): population.ranked lists indices, as in"
-    .. " population[population.ranked[1]].fitness"):format(number, schema.show(key)), 2)
-end })
-
 local class = { methods = Population }
 
 -- The fields that scripts read, and those that only the loop reads; a population may lack some.

@@ -201,8 +201,6 @@ suite:test("messages that name the range and the remedy", function(t)
   gives(t, 2, "mutation_rate[1] is { 0, 0.3 }: expected a value from 0.001 to 0.2",
     'supervisor = { "schedule", mutation_rate = { { 0, 0.3 } } }, supervision = { ranges = {'
     .. " mutation_rate = { 0.001, 0.2 } } }")
-  gives(t, 1, "population.ranked lists indices, as in population[population.ranked[1]].fitness",
-    "selection = function(population) return population.ranked[1].fitness end")
 end)
 
 suite:test("{ name } is the name", function(t)
