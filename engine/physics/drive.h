@@ -3,20 +3,25 @@
 #pragma once
 
 #include "body/spring_laws.h"
+#include "physics/effects/control.h"
 #include "physics/sensors.h"
 
 namespace limax {
 
-// A voxel's muscle: s amplitude weight, the relative change of rest length at an activation of 1;
-// and its phase, rad.
+// A voxel as its controller finds it: the muscle's gain, s amplitude weight, which is the relative
+// change of rest length at an activation of 1; its phase, rad; and one over the mass of the corners,
+// 1/kg.
 struct muscle {
-    float gain, phase;
+    float gain, phase, inverse_mass;
 };
-// `weights` as in voxel_body.
+// `weights` as in voxel_body; mass(c) is that of corner c, kg.
+template <class Mass>
 LIMAX_LAW muscle muscle_of(const material_law& material, const float* weights, int64_t voxels,
-                           int64_t voxel) {
+                           int64_t voxel, const Mass& mass) {
+    double sum = 0;
+    for (int c = 0; c < 8; ++c) sum += double(mass(c));
     return {float(material.amplitude * double(weights[voxels + voxel])),
-            float(material.phase * double(weights[2 * voxels + voxel]))};
+            float(material.phase * double(weights[2 * voxels + voxel])), float(1.0 / sum)};
 }
 
 // How a spring's rest length differs from L0, m: at the tick, and how much more each step.
@@ -55,6 +60,13 @@ LIMAX_LAW R next_activation(R wanted, R before, R most_change) {
     return held == held ? held : R(0);
 }
 
+// The clock of a controller, which counts ticks. `values` are those of the effect.
+LIMAX_LAW effects::actuation::clock clock_of(const double* values) {
+    using effects::control;
+    const double clock[] = {values[control::at_frequency], 0.0};
+    return effects::actuation::make_clock(clock, 1.0 / values[control::at_rate]);
+}
+
 template <class R>
 LIMAX_LAW R place_along(int voxel, int voxels) {
     return R(2 * voxel + 1) / R(voxels) - R(1);
@@ -67,12 +79,6 @@ LIMAX_LAW int64_t neighbour(const lattice& grid, int x, int y, int z, int side) 
               k = z + (side > 3 ? step : 0);
     const bool inside = i >= 0 && j >= 0 && k >= 0 && i < grid.nx && j < grid.ny && k < grid.nz;
     return inside ? grid.voxel(i, j, k) : -1;
-}
-
-// Sine and cosine of 2 pi frequency t at a tick.
-LIMAX_LAW void clock_at(double frequency, double rate, int64_t tick, double& sine,
-                        double& cosine) {
-    sine_cosine_turns(frequency * static_cast<double>(tick) / rate, sine, cosine);
 }
 
 }  // namespace sensors

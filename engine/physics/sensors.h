@@ -126,16 +126,15 @@ template <class R>
 struct corner {
     vector<R> position, velocity;  // m, m/s
     R push;                        // of contacts, without their damping, N
-    R weight;                      // N
     bool touches;
 };
 
 // Fills the inputs of source::voxel. `at(c)` is corner c, by bits x = 1, y = 2, z = 4; `edge` is
-// the rest edge, m.
+// the rest edge, m, and `per_weight` one over the weight of the corners, 1/N, or 0.
 template <class R, class At>
-LIMAX_LAW void sense_voxel(R edge, const At& at, R in[]) {
+LIMAX_LAW void sense_voxel(R edge, R per_weight, const At& at, R in[]) {
     vector<R> e[3] = {}, w[3] = {};  // mean edges, and their rates
-    R push = 0, weight = 0, touching = 0;
+    R push = 0, touching = 0;
     for (int c = 0; c < 8; ++c) {
         const corner<R> seen = at(c);
         for (int axis = 0; axis < 3; ++axis) {
@@ -148,7 +147,6 @@ LIMAX_LAW void sense_voxel(R edge, const At& at, R in[]) {
             w[axis].z = fma(sign, seen.velocity.z, w[axis].z);
         }
         push += seen.push;
-        weight += seen.weight;
         touching += seen.touches ? R(1) : R(0);
     }
     const R per_edge = R(1) / edge;
@@ -162,7 +160,7 @@ LIMAX_LAW void sense_voxel(R edge, const At& at, R in[]) {
                    inverse, rate);
     }
     in[strain_rate] = rate * per_edge * (scale<strain_rate, R> / R(3));
-    in[load] = weight > R(0) ? push / weight * scale<load, R> : R(0);
+    in[load] = push * per_weight * scale<load, R>;
     in[contact] = touching * R(0.125);
 }
 

@@ -33,18 +33,26 @@ public:
           voxels_(body.grid.voxels()),
           genes_(setup.control.data() + int64_t(robot) * setup.control_genes),
           seed_(setup.bodies[std::size_t(robot)].hash + uint64_t(values_[control::at_seed])),
-          delay_(int(std::lround(values_[control::at_delay] * values_[control::at_rate]))) {
+          delay_(int(std::lround(values_[control::at_delay] * values_[control::at_rate]))),
+          clock_(sensors::clock_of(values_)) {
         const uint8_t* const materials = setup.voxels.data() + robot * voxels_;
         const float* const weights = setup.weights.data() + 3 * robot * voxels_;
-        phase_.resize(std::size_t(voxels_));
-        gain_.resize(std::size_t(voxels_));
+        muscles_.resize(std::size_t(voxels_));
         for (int64_t v = 0; v < voxels_; ++v) {
             if (materials[v] == 0) continue;
             used_.push_back(int32_t(v));
-            const material_law material = law_of(setup.materials[materials[v]]);
-            const muscle own = muscle_of(material, weights, voxels_, v);
-            gain_[std::size_t(v)] = own.gain;
-            phase_[std::size_t(v)] = own.phase;
+            const lattice& grid = body.grid;
+            const int64_t lowest = grid.site(int(v % grid.nx), int(v / grid.nx % grid.ny),
+                                             int(v / (int64_t(grid.nx) * grid.ny)));
+            muscles_[std::size_t(v)] =
+                muscle_of(law_of(setup.materials[materials[v]]), weights, voxels_, v, [&](int c) {
+                    return body.mass[lowest + grid.site(c & 1, c >> 1 & 1, c >> 2)];
+                });
+        }
+        if (setup.scene.has(effects::index_of<effects::gravity>)) {
+            const double* g = setup.scene.values(effects::index_of<effects::gravity>);
+            const double pull = std::sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
+            per_gravity_ = pull > 0 ? S(1 / pull) : S(0);
         }
         for (std::vector<S>& half : activation_) half.resize(std::size_t(voxels_));
         for (std::vector<S>& half : drive_) half.resize(std::size_t(voxels_));
@@ -188,16 +196,15 @@ private:
     void fill_inputs(const int32_t* voxels, int count) {
         const lattice& grid = body_.grid;
         const double time = double(tick_) / values_[control::at_rate];
-        double sine = 0, cosine = 1;
-        sensors::clock_at(values_[control::at_frequency], values_[control::at_rate], tick_, sine,
-                          cosine);
+        S sine, cosine;
+        sine_cosine(uint64_t(tick_) * clock_.per_step, sine, cosine);
         for (int i = 0; i < count; ++i) {
             const int64_t v = voxels[i];
             const int at[3] = {int(v % grid.nx), int(v / grid.nx % grid.ny),
                                int(v / (int64_t(grid.nx) * grid.ny))};
             const auto set = [&](int number, S value) { input(number)[i] = value; };
             S in[sensors::measured];
-            if (reads_corners()) sense_corners(grid.site(at[0], at[1], at[2]), in);
+            if (reads_corners()) sense_corners(v, grid.site(at[0], at[1], at[2]), in);
             std::copy_n(whole_, sensors::measured - sensors::gravity, in + sensors::gravity);
             for (int number = 0; number < sensors::measured; ++number)
                 if (law_.sensors >> number & 1) set(number, measured(number, v, in[number]));
@@ -205,9 +212,9 @@ private:
             const int size[3] = {grid.nx, grid.ny, grid.nz};
             for (int axis = 0; axis < 3; ++axis)
                 set(sensors::place + axis, sensors::place_along<S>(at[axis], size[axis]));
-            set(sensors::phase, S(phase_[v]));
-            set(sensors::clock_sine, S(sine));
-            set(sensors::clock_cosine, S(cosine));
+            set(sensors::phase, S(muscles_[std::size_t(v)].phase));
+            set(sensors::clock_sine, sine);
+            set(sensors::clock_cosine, cosine);
             set(sensors::time, S(time));
             for (int k = 0; k < law_.states; ++k)
                 set(sensors::first_state + k, states_[k * voxels_ + v]);
@@ -223,14 +230,10 @@ private:
         }
     }
 
-    void sense_corners(int64_t lowest, S in[]) const {
+    void sense_corners(int64_t voxel, int64_t lowest, S in[]) const {
         const mass_arrays<S>& masses = columns_.masses;
-        const double* g = setup_.scene.has(effects::index_of<effects::gravity>)
-                              ? setup_.scene.values(effects::index_of<effects::gravity>)
-                              : nullptr;
-        const S pull = g ? S(std::sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2])) : S(0);
         sensors::sense_voxel<S>(
-            S(body_.rest[0]),
+            S(body_.rest[0]), S(muscles_[std::size_t(voxel)].inverse_mass) * per_gravity_,
             [&](int c) {
                 const int64_t site =
                     lowest + body_.grid.site(c & 1, c >> 1 & 1, c >> 2);
@@ -239,7 +242,6 @@ private:
                     {masses.predicted[0][site], masses.predicted[1][site],
                      masses.predicted[2][site]},
                     S(0),
-                    masses.mass[site] * pull,
                     false};
                 if (!pushes_.empty()) {
                     corner.push = pushes_[site].push;
@@ -278,7 +280,7 @@ private:
             };
             const S a = sensors::next_activation(result(0), activation_[now_][v], most);
             activation_[1 - now_][v] = a;
-            drive_[1 - now_][v] = S(gain_[v]) * a;
+            drive_[1 - now_][v] = S(muscles_[std::size_t(v)].gain) * a;
             for (int k = 0; k < law_.states; ++k) states_[k * voxels_ + v] = result(1 + k);
             for (int k = 0; k < law_.messages; ++k)
                 said_[1 - now_][k * voxels_ + v] = result(1 + law_.states + k);
@@ -298,8 +300,10 @@ private:
     const float* const genes_;
     const uint64_t seed_;  // of the noise
     const int delay_;      // ticks
+    const effects::actuation::clock clock_;  // of the ticks
     std::vector<int32_t> used_;         // voxels that are not empty
-    std::vector<float> gain_, phase_;   // [voxel]
+    std::vector<muscle> muscles_;       // [voxel]
+    S per_gravity_ = 0;                 // s^2/m
     array<float> scale_;                // as a spring's, [direction][count]
     // [voxel]; of two halves one is of the last tick, the other of the next
     std::vector<S> activation_[2], drive_[2], said_[2];

@@ -39,6 +39,13 @@ inline constexpr bool senses_body = sensors::reads_body(control_sensors);
 // Inputs that are the same for all voxels of a robot.
 inline constexpr int whole_inputs = senses_body ? sensors::measured - sensors::gravity : 1;
 
+// The same number, of which a compiler knows nothing: what follows from it is computed where it is
+// needed, and occupies no register in the loop over steps.
+__device__ inline int opaque(int number) {
+    asm volatile("mov.u32 %0, %0;" : "+r"(number));
+    return number;
+}
+
 // A scene of a kernel, for laws that take one of the host too.
 struct scene_of_kernel {
     const scene_values& scene;
@@ -63,30 +70,43 @@ struct control_state {
 };
 __device__ inline control_state control_state_of(const real* all, const scene_values& scene,
                                                  const robot_record& record, int64_t robot,
-                                                 int64_t step, int64_t voxels) {
+                                                 int64_t voxels) {
     const bool holds =
         scene.of(effects::index_of<effects::control>)[effects::control::at_hold] != 0.0;
-    return {all + robot * layout.count() * voxels, voxels, int(ticks_before(record, step) & 1),
+    return {all + robot * layout.count() * voxels, voxels, int(record.ticks - 1 & 1),
             holds ? real(0) : real(1) / real(record.tick)};
 }
 
 // The change of the rest length of the spring from a site along a direction. `columns` are the
-// robot's springs.
+// robot's springs; drive(voxel, half) is gain times activation.
+template <class Drive>
 __device__ inline drive_change<real> change_at(const control_state& state, const site_grid& grid,
-                                               const float* columns, int number, int site) {
+                                               const float* columns, int number, int site,
+                                               const Drive& drive) {
     const lattice body{grid.x - 1, grid.y - 1, grid.z - 1};
     const float scale = columns[(spring_columns * direction_count + number) * grid.count() + site];
-    const real* const drive = state.columns + layout.drive() * state.voxels;
-    return change_of_spring(
-        body, site % grid.x, site / grid.x % grid.y, site / (grid.x * grid.y),
-        direction_at(number), real(scale), state.share, [&](int64_t voxel, int which) {
-            return __ldcg(drive + (which ? 1 - state.now : state.now) * state.voxels + voxel);
-        });
+    return change_of_spring(body, site % grid.x, site / grid.x % grid.y, site / (grid.x * grid.y),
+                            direction_at(number), real(scale), state.share,
+                            [&](int64_t voxel, int which) {
+                                return drive(int(voxel), which ? 1 - state.now : state.now);
+                            });
 }
+// As global memory has it, past the first-level cache.
+struct stored_drive {
+    const real* columns;
+    int64_t voxels;
+    __device__ explicit stored_drive(const control_state& state)
+        : columns(state.columns + layout.drive() * state.voxels), voxels(state.voxels) {}
+    __device__ real operator()(int voxel, int half) const {
+        return __ldcg(columns + half * voxels + voxel);
+    }
+};
 // Stores A and B of a spring as control::rest() reads them.
+template <class Drive>
 __device__ inline void store_drive(const launch_arguments& launch, const control_state& state,
-                                   const site_grid& grid, float* columns, int number, int site) {
-    const drive_change<real> change = change_at(state, grid, columns, number, site);
+                                   const site_grid& grid, float* columns, int number, int site,
+                                   const Drive& drive) {
+    const drive_change<real> change = change_at(state, grid, columns, number, site, drive);
     const real rest =
         sizeof(real) == 4 ? rest_length(launch, direction_at(number).squared() - 1) : real(0);
     float* const at = columns + number * grid.count() + site;
@@ -99,9 +119,20 @@ struct control_block {
     alignas(16) float genes[shared_genes > 0 ? shared_genes : 1];
     int64_t sums[senses_body ? sensors::body_sums : 1];
     real whole[whole_inputs];
+    real since_tick;   // steps from the last tick to the last event
+    real per_gravity;  // as in tick_voxel()
+
+    // By one thread.
+    __device__ void prepare(const launch_arguments& launch) {
+        const double* g = launch.scene.of(effects::index_of<effects::gravity>);
+        const double squared = g[0] * g[0] + g[1] * g[1] + g[2] * g[2];
+        per_gravity =
+            has<effects::gravity> && squared > 0.0 ? real(1.0 / square_root(squared)) : real(0);
+    }
 
     // Copies the genes of a robot, by all threads of the block.
     __device__ void load(const launch_arguments& launch, int64_t robot, int threads) {
+        if (threadIdx.x == 0) prepare(launch);
         for (int i = threadIdx.x; i < shared_genes; i += threads)
             genes[i] = launch.control.genes[robot * control_genes + i];
     }
@@ -211,12 +242,13 @@ __device__ inline void press(const scene_params& params, const effects::vector<r
 }
 
 // Tick `number` of the voxel (x, y, z) of a robot. corner_at(site) gives a mass as springs read it.
-// Returns false if the controller gave a value that is not finite.
+// `per_gravity` is one over its strength, s^2/m, or 0. Returns false if the controller gave a value
+// that is not finite.
 template <class Corner>
 __device__ inline bool tick_voxel(const launch_arguments& launch, const robot_record& record,
                                   const scene_params& params, int64_t robot, int64_t number,
                                   const site_grid& grid, int x, int y, int z, const float* genes,
-                                  const real* whole, const Corner& corner_at) {
+                                  const real* whole, real per_gravity, const Corner& corner_at) {
     using namespace sensors;
     const lattice body{grid.x - 1, grid.y - 1, grid.z - 1};
     const int64_t voxels = body.voxels(), voxel = body.voxel(x, y, z);
@@ -224,25 +256,21 @@ __device__ inline bool tick_voxel(const launch_arguments& launch, const robot_re
     real* const columns = launch.control.columns + robot * layout.count() * voxels + voxel;
     const int now = int(number & 1);
     const auto column = [&](int place) -> real& { return columns[place * voxels]; };
-    const float* const muscles = launch.control.muscles + robot * 2 * voxels + voxel;
+    const float* const muscles = launch.control.muscles + robot * muscle_columns * voxels + voxel;
     if (muscles[0] != muscles[0]) return true;
     real at[LIMAX_CONTROL_REGISTERS];
     if constexpr (reads(control_sensors, strain, gravity)) {
         real sensed[gravity];
-        const double* g = launch.scene.of(effects::index_of<effects::gravity>);
-        const real pull = has<effects::gravity>
-                              ? real(square_root(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]))
-                              : real(0);
+        real per_weight = 0;
+        if constexpr (has<effects::gravity> && reads(control_sensors, load, contact))
+            per_weight = real(muscles[2 * voxels]) * per_gravity;
         sense_voxel<real>(
-            rest_length(launch, 0),
+            rest_length(launch, 0), per_weight,
             [&](int c) {
                 const int site = grid.at(x, y, z) + grid.corner(c);
                 const cuda::corner own = corner_at(site);
-                sensors::corner<real> seen{{own.x, own.y, own.z}, {}, real(0), real(0), false};
+                sensors::corner<real> seen{{own.x, own.y, own.z}, {}, real(0), false};
                 if constexpr (senses_rates) seen.velocity = {own.vx, own.vy, own.vz};
-                if constexpr (reads(control_sensors, load, load + 1))
-                    seen.weight =
-                        absolute(real(launch.mass[robot * grid.count() + site])) * pull;
                 if constexpr (reads(control_sensors, load, gravity))
                     press(params, seen.position, seen.push, seen.touches);
                 return seen;
@@ -279,13 +307,7 @@ __device__ inline bool tick_voxel(const launch_arguments& launch, const robot_re
     at[place + 1] = place_along<real>(y, body.ny);
     at[place + 2] = place_along<real>(z, body.nz);
     at[phase] = real(muscles[voxels]);
-    if constexpr (reads(control_sensors, clock_sine, time)) {
-        double sine, cosine;
-        clock_at(values[effects::control::at_frequency], values[effects::control::at_rate], number,
-                 sine, cosine);
-        at[clock_sine] = real(sine);
-        at[clock_cosine] = real(cosine);
-    }
+    sine_cosine(uint64_t(number) * record.phase_per_step, at[clock_sine], at[clock_cosine]);
     at[sensors::time] = real(double(number) / values[effects::control::at_rate]);
     each_constant<layout.states>(
         [&](auto i) { at[first_state + i.value] = column(layout.state() + i.value); });

@@ -110,7 +110,7 @@ struct grid_robot {
         if constexpr (meets) list_contacts(record.step + begun);
         if constexpr (controlled) {
             shared.control.load(launch, robot, threads);
-            store_drive(record.step);
+            store_drive();
         }
     }
 
@@ -221,11 +221,11 @@ struct grid_robot {
     }
 
     // Lets the controller act. Returns false if it gave a value that is not finite.
-    __device__ bool take_tick(int64_t step) {
+    __device__ bool take_tick(int64_t /*step*/) {
         robot_record& record = shared.record;
         wait();
         if constexpr (senses_body) sense_body();
-        const int64_t number = ticks_before(record, step);
+        const int64_t number = record.ticks;
         const int nx = grid.x - 1, ny = grid.y - 1, voxels = nx * ny * (grid.z - 1);
         const float* const genes = shared.control.genes_of(launch, robot);
         const real* const seen = half(side);
@@ -233,23 +233,26 @@ struct grid_robot {
         for (int v = block * threads + thread; v < voxels; v += blocks * threads)
             part[sum_nonfinite] += !tick_voxel(
                 launch, record, params, robot, number, grid, v % nx, v / nx % ny, v / (nx * ny),
-                genes, shared.control.whole,
+                genes, shared.control.whole, shared.control.per_gravity,
                 [&](int site) { return exchanged_corner(grid, seen, site); });
         sum_over_robot(part);
         if (shared.sum_of[sum_nonfinite] != 0) return false;
-        store_drive(step);
+        if (thread == 0) count_tick(record);
+        __syncthreads();
+        store_drive();
         return true;
     }
+    __device__ void load_springs() const {}
 
     // Stores what the controller's last tick makes of the springs' parameters.
-    __device__ void store_drive(int64_t step) const {
+    __device__ void store_drive() const {
         const int64_t voxels = int64_t(grid.x - 1) * (grid.y - 1) * (grid.z - 1);
         const control_state state = control_state_of(launch.control.columns, launch.scene,
-                                                     shared.record, robot, step, voxels);
+                                                     shared.record, robot, voxels);
         each_mass([&](int site, int) {
             for (int number = 0; number < direction_count; ++number)
                 limax::cuda::store_drive(launch, state, grid, const_cast<float*>(columns), number,
-                                         site);
+                                         site, stored_drive(state));
         });
         wait();
     }
@@ -278,7 +281,10 @@ struct grid_robot {
 
     // The muscles' moments of the steps up to the next event.
     __device__ void prepare_steps(int64_t step, int steps) {
-        if constexpr (actuated)
+        if constexpr (controlled) {
+            if (thread == 0)
+                shared.control.since_tick = real(steps_since_tick(shared.record, step));
+        } else if constexpr (actuated)
             for (int i = thread; i < steps; i += threads)
                 shared.moments[i] = moment_at(launch, shared.record, step + i);
     }
@@ -306,7 +312,7 @@ struct grid_robot {
         const auto push = pushes_of_solid();
         each_tile([&](int tile) {
             const real* const seen = half(side);
-            tile_forces(grid, launch, columns, seen, tile, shared.moments[now.since_event], shared);
+            tile_forces(grid, launch, columns, seen, tile, moment_of(shared, now), shared);
             each_site(grid, tile, [&](int site, int at) {
                 const int in_window =
                     (at % tile_x + 1) + window_x * ((at / tile_x % tile_y + 1) +

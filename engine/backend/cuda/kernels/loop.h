@@ -17,6 +17,15 @@ struct loop_state {
 
     __device__ bool last() const { return until_event == 0; }
 };
+// The muscles' moment of a step.
+template <class Memory>
+__device__ inline effects::actuation::moment<real> moment_of(const Memory& shared,
+                                                             const loop_state& now) {
+    if constexpr (controlled)
+        return {shared.control.since_tick + real(now.since_event), real(0)};
+    else
+        return shared.moments[now.since_event];
+}
 // Copies the robot's record to shared memory. Returns whether this launch has anything to do.
 template <class Robot>
 __device__ inline bool begin_launch(Robot& robot) {
@@ -54,6 +63,9 @@ __device__ inline bool take_event(Robot& robot, int64_t step, loop_state& now) {
     robot.prepare_steps(step, now.last() ? 1 : now.until_event);
     if (now.last()) robot.store_masses();
     robot.wait();
+    // last, and also where no tick was due, so that until then the registers of the springs'
+    // parameters are free
+    if constexpr (controlled) robot.load_springs();
     return true;
 }
 
@@ -82,12 +94,19 @@ __device__ inline void run_robot(Robot& robot) {
     loop_state now{record.begun, record.begun};
     robot.begin_masses();
     while (true) {
-        if (now.since_event == now.until_event)
+        if (controlled || now.since_event == now.until_event)
             if (!take_event(robot, record.step + now.since_event, now)) {
                 robot.store_masses();
                 break;
             }
-        take_step(robot, now);
+        // With a controller the steps up to the next event are a loop of their own: what a tick needs
+        // registers for is spilled outside of it.
+        do {
+            take_step(robot, now);
+            if (now.last()) break;
+            ++now.since_event;
+            robot.begin_step(record.step + now.since_event);
+        } while (controlled && now.since_event < now.until_event);
         if (now.last()) {
             if (threadIdx.x == 0) {
                 record.begun = 1;
@@ -96,8 +115,6 @@ __device__ inline void run_robot(Robot& robot) {
             robot.store_kick();
             break;
         }
-        ++now.since_event;
-        robot.begin_step(record.step + now.since_event);
     }
     robot.store_record();
 }

@@ -55,7 +55,7 @@ struct measured_robot {
     }
     // Of a controlled robot: its drive, and steps since the last tick.
     __device__ control_state driven() const {
-        return control_state_of(launch.control, launch.scene, record, index, record.step,
+        return control_state_of(launch.control, launch.scene, record, index,
                                 launch.grid.voxels());
     }
     __device__ double since_tick() const { return double(steps_since_tick(record, record.step)); }
@@ -138,7 +138,7 @@ __device__ inline void measure_energy(const measured_robot& robot, double* out,
                     driven, site_grid(robot.launch.grid),
                     robot.launch.springs +
                         robot.index * (stored_columns * direction_count * robot.sites),
-                    int(slot / robot.sites), int(slot % robot.sites));
+                    int(slot / robot.sites), int(slot % robot.sites), stored_drive(driven));
                 spring.sine = double(float(change.at_tick));
                 spring.cosine = double(float(change.per_step));
             } else {

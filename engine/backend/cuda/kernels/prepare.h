@@ -138,17 +138,24 @@ struct robot_in_preparation {
         if (damped && launch.by_voxels) atomicMin(&least_time, bits_as<unsigned long long>(least));
     }
 
-    // Gain and phase of each voxel's muscle.
+    // Gain, phase and inverse mass of each voxel, after the masses.
     __device__ void make_muscles() const {
         const int64_t voxels = grid.voxels();
-        float* const gain = launch.muscles + blockIdx.x * 2 * voxels;
+        float* const out = launch.muscles + blockIdx.x * muscle_columns * voxels;
         for (int64_t v = threadIdx.x; v < voxels; v += prepare_threads) {
+            const int x = int(v % grid.nx), y = int(v / grid.nx % grid.ny),
+                      z = int(v / (int64_t(grid.nx) * grid.ny));
             const muscle own = body.voxels[v] == 0
-                                   ? muscle{bits_as<float>(0x7fc00000u), 0}
+                                   ? muscle{bits_as<float>(0x7fc00000u), 0, 0}
                                    : muscle_of(body.materials[body.voxels[v]], body.weights,
-                                               voxels, v);
-            gain[v] = own.gain;
-            gain[voxels + v] = own.phase;
+                                               voxels, v, [&](int c) {
+                                                   return mass[grid.site(x + (c & 1),
+                                                                         y + (c >> 1 & 1),
+                                                                         z + (c >> 2))];
+                                               });
+            out[v] = own.gain;
+            out[voxels + v] = own.phase;
+            out[2 * voxels + v] = own.inverse_mass;
         }
     }
 

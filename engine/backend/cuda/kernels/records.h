@@ -40,7 +40,7 @@ enum divergence : int32_t {
 // One robot: its plan, written by the host, and how far it is, written by the step kernel.
 struct robot_record {
     double time_step;         // s
-    uint64_t phase_per_step;  // of the muscles, 2^-64 turns
+    uint64_t phase_per_step;  // of the muscles, 2^-64 turns; of a controller's clock per tick
     double ramp;              // s over which their amplitude rises
     int64_t settle_steps, steps;
     int64_t every[sample_kinds];   // steps between samples; 0 where nothing is recorded
@@ -58,6 +58,8 @@ struct robot_record {
     uint8_t coarse;  // as in limax_outcome
     int32_t masses;
     int64_t tick;         // steps between ticks of the controller
+    int64_t ticks;        // so far
+    int64_t next_tick;    // step of the next
     uint64_t noise_seed;  // of its sensors
 };
 
@@ -76,6 +78,7 @@ struct control_layout {
     LIMAX_LAW constexpr int last_seen() const { return past() + measured * slots; }
     LIMAX_LAW constexpr int count() const { return last_seen() + seen; }
 };
+inline constexpr int muscle_columns = 3;
 // Genes that a block keeps in shared memory; a controller with more reads them from global memory.
 inline constexpr int most_shared_genes = 1024;
 // Null in a scene without control.
@@ -83,7 +86,8 @@ template <class R>
 struct control_memory {
     R* columns;           // [robot][column][voxel]
     const float* genes;   // of control, [robot][gene]
-    float* muscles;       // gain, NaN where a voxel is empty, and phase, [robot][2][voxel]
+    float* muscles;       // gain, NaN where a voxel is empty, phase, 1/kg of the corners,
+                          // [robot][muscle_columns][voxel]
 };
 
 // Where the components of the fields of an effect begin among those of all effects and instances.

@@ -120,20 +120,17 @@ __device__ inline void shift_mass(mass_state& m, const double shift[3]) {
                                                        real(shift[axis]), m.lost_position[axis]);
 }
 
-// The number of the controller's last tick up to a step, from 0; -1 while the body settles. There is
-// none at the end.
-__device__ inline int64_t ticks_before(const robot_record& record, int64_t step) {
-    const int64_t since = smaller(step, record.steps - 1) - record.settle_steps;
-    return since < 0 ? -1 : since / record.tick;
-}
-// Steps since then; 0 while the body settles.
+// Steps since the controller's last tick; 0 while the body settles.
 __device__ inline int64_t steps_since_tick(const robot_record& record, int64_t step) {
-    const int64_t number = ticks_before(record, step);
-    return number < 0 ? 0 : step - record.settle_steps - number * record.tick;
+    return record.ticks > 0 ? step - (record.next_tick - record.tick) : 0;
 }
+__device__ inline void count_tick(robot_record& record) {
+    ++record.ticks;
+    record.next_tick += record.tick;
+}
+// There is no tick at the end.
 __device__ inline bool tick_due(const robot_record& record, int64_t step) {
-    const int64_t since = step - record.settle_steps;
-    return since >= 0 && since % record.tick == 0 && step < record.steps;
+    return step == record.next_tick && step < record.steps;
 }
 
 // The next event after `step`, `stop` at the latest.
@@ -147,9 +144,7 @@ __device__ inline int64_t next_event(const robot_record& record, int64_t step, i
     for (const int64_t at : awaited)
         if (at > step) next = smaller(next, at);
     if constexpr (controlled)
-        if (step >= record.settle_steps)
-            next = smaller(next, record.settle_steps +
-                                     (ticks_before(record, step) + 1) * record.tick);
+        if (record.next_tick > step) next = smaller(next, record.next_tick);
     return next;
 }
 
@@ -172,7 +167,6 @@ __device__ inline effects::actuation::moment<real> moment_at(const launch_argume
                                                              int64_t step) {
     using effects::actuation;
     if (!actuated || step < record.settle_steps) return {real(0), real(0)};
-    if constexpr (controlled) return {real(steps_since_tick(record, step)), real(0)};
     const double* values = launch.scene.of(effects::index_of<actuation>);
     return actuation::at<real>(actuation::clock{values[0], record.ramp, record.phase_per_step},
                                step - record.settle_steps, record.time_step);

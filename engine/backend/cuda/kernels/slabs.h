@@ -161,6 +161,8 @@ struct block_memory {
     robot_record record;
     int64_t stop;  // last step of this launch
     control_block control;
+    // gain times activation of every voxel, at the last tick and at the next
+    real drive[2][controlled ? LIMAX_NX * LIMAX_NY * LIMAX_NZ : 1];
 };
 static_assert(sizeof(block_memory) <= LIMAX_SHARED_BYTES);
 

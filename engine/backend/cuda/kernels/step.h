@@ -21,7 +21,7 @@
 namespace limax::cuda {
 
 // ---- the controller: not inlined, so that its registers are those that the springs' parameters
-// have between ticks ----
+// have between events ----
 
 // Whether some cell takes the parameters of a class from the spring along a direction.
 __device__ constexpr bool stands_for_class(int number) {
@@ -34,23 +34,29 @@ __device__ constexpr bool stands_for_class(int number) {
 }
 
 // Stores what the last tick makes of the parameters of the springs of this block's sites.
-__device__ __noinline__ void drive_block(const launch_arguments& launch, block_memory& shared,
-                                         int64_t step) {
+__device__ __noinline__ void drive_block(const launch_arguments& launch, block_memory& shared) {
     constexpr site_grid grid{lattice{}};
     constexpr int layer = grid.x * grid.y;
-    const int64_t robot = robot_of(launch);
+    const int64_t robot = opaque(int(robot_of(launch)));
     const control_state state =
-        control_state_of(launch.control.columns, launch.scene, shared.record, robot, step,
+        control_state_of(launch.control.columns, launch.scene, shared.record, robot,
                          int64_t(LIMAX_NX) * LIMAX_NY * LIMAX_NZ);
     float* const columns = const_cast<float*>(launch.springs) +
                            robot * (stored_columns * direction_count * sites);
+    // by all voxels of the robot
+    constexpr int voxels = LIMAX_NX * LIMAX_NY * LIMAX_NZ;
+    const stored_drive stored(state);
+    for (int v = opaque(threadIdx.x); v < voxels; v += threads)
+        for (int half = 0; half < 2; ++half) shared.drive[half][v] = stored(v, half);
+    __syncthreads();
     // also of the sites above, which begin in the next block
     const int first = first_layer(cluster_rank()) * layer;
     const int end = (first_layer(cluster_rank() + 1) + 1) * layer;
-    for (int site = first + int(threadIdx.x); site < end; site += threads)
+    for (int site = first + opaque(threadIdx.x); site < end; site += threads)
         each_constant<direction_count>([&](auto d) {
             if constexpr (stands_for_class(d.value))
-                store_drive(launch, state, grid, columns, d.value, site);
+                store_drive(launch, state, grid, columns, d.value, site,
+                            [&](int voxel, int half) { return shared.drive[half][voxel]; });
         });
 }
 
@@ -70,7 +76,7 @@ __device__ inline void sense_body(const launch_arguments& launch, block_memory& 
 #pragma unroll 1
         for (int i = 0; i < count; ++i) {
             int64_t part = 0;
-            for (int site = begin + int(threadIdx.x); site < end; site += threads)
+            for (int site = begin + opaque(threadIdx.x); site < end; site += threads)
                 part += part_of_body(first + i, corner_of_robot(site, shared), mass[site], grid,
                                      site, of_total);
             add_over_warp(part, shared.part[sum_center + i]);
@@ -91,27 +97,27 @@ __device__ inline void sense_body(const launch_arguments& launch, block_memory& 
     __syncthreads();
 }
 
-// The controller's tick at `step`. Returns false if it gave a value that is not finite.
-__device__ __noinline__ bool tick_block(const launch_arguments& launch, block_memory& shared,
-                                        int64_t step) {
+// A tick of the controller. Returns false if it gave a value that is not finite.
+__device__ __noinline__ bool tick_block(const launch_arguments& launch, block_memory& shared) {
     constexpr site_grid grid{lattice{}};
-    const robot_record& record = shared.record;
+    robot_record& record = shared.record;
     scene_params params(launch.params);
     follow_origin(params, launch.scene, record.origin);
     if constexpr (senses_body) sense_body(launch, shared);
-    const int64_t number = ticks_before(record, step);
+    const int64_t number = record.ticks;
     const int lowest = first_layer(cluster_rank());
     const int layers = first_layer(cluster_rank() + 1) - lowest;
     const float* const genes = shared.control.genes_of(launch, robot_of(launch));
     bool finite = true;
-    for (int v = threadIdx.x; v < LIMAX_NX * LIMAX_NY * layers; v += threads)
+    for (int v = opaque(threadIdx.x); v < LIMAX_NX * LIMAX_NY * layers; v += threads)
         finite &= tick_voxel(launch, record, params, robot_of(launch), number, grid, v % LIMAX_NX,
                              v / LIMAX_NX % LIMAX_NY, v / (LIMAX_NX * LIMAX_NY) + lowest, genes,
-                             shared.control.whole,
+                             shared.control.whole, shared.control.per_gravity,
                              [&](int site) { return corner_of_robot(site, shared); });
     if (any_of_robot(shared, control_wild, !finite)) return false;
-    drive_block(launch, shared, step);
-    meet_cluster();
+    if (threadIdx.x == 0) count_tick(record);
+    __syncthreads();
+    drive_block(launch, shared);
     return true;
 }
 
@@ -139,7 +145,7 @@ struct block_robot {
             shared.at.store(place, {});
             for (int c = 1; c < corners; ++c) shared.sum.store(c, place, {});
         }
-        if constexpr (!controlled) cells.load(launch, shared);
+        cells.load(launch, shared);
         load_masses();
     }
 
@@ -203,9 +209,7 @@ struct block_robot {
         const robot_record& record = shared.record;
         if constexpr (controlled) {
             shared.control.load(launch, robot_of(launch), threads);
-            drive_block(launch, shared, record.step);
-            meet_cluster();
-            cells.load(launch, shared);
+            drive_block(launch, shared);
         }
         const bool begun = record.begun;
         each_mass([&](int k) {
@@ -288,16 +292,26 @@ struct block_robot {
     }
 
     // Lets the controller act. Returns false if it gave a value that is not finite.
-    __device__ bool take_tick(int64_t step) {
+    __device__ bool take_tick(int64_t /*step*/) {
         wait();
-        if (!tick_block(launch, shared, step)) return false;
-        cells.load(launch, shared);
-        return true;
+        // The masses are in memory meanwhile, by a copy that no compiler sees through: it would keep
+        // other values there, and read them again in every step.
+        mass_state kept[cell_rounds];
+        for (int k = 0; k < cell_rounds; ++k) kept[k] = mass[k];
+        asm volatile("" ::"l"(kept) : "memory");
+        const bool finite = tick_block(launch, shared);
+        asm volatile("" ::"l"(kept) : "memory");
+        for (int k = 0; k < cell_rounds; ++k) mass[k] = kept[k];
+        return finite;
     }
+    __device__ void load_springs() { cells.load(launch, shared); }
 
     // The muscles' moments of the steps up to the next event.
     __device__ void prepare_steps(int64_t step, int steps) {
-        if constexpr (actuated)
+        if constexpr (controlled) {
+            if (thread == 0)
+                shared.control.since_tick = real(steps_since_tick(shared.record, step));
+        } else if constexpr (actuated)
             for (int i = thread; i < steps; i += threads)
                 shared.moments[i] = moment_at(launch, shared.record, step + i);
     }
@@ -322,7 +336,7 @@ struct block_robot {
 
     // Forces of springs and of masses in contact, then the kick of all masses.
     __device__ void kick_masses(const loop_state& now) {
-        const auto muscles = shared.moments[now.since_event];
+        const auto muscles = moment_of(shared, now);
         force own[cell_rounds] = {};
         each_mass([&](int k) {
             own[k] = cells.sum_springs(launch, shared, k, corner_of(mass[k]), muscles);

@@ -244,7 +244,7 @@ scene_kernels::robot_memory scene_kernels::memory_of_robot() const {
         const auto voxels = std::size_t(setup_->grid.voxels());
         memory.control = std::size_t(layout_of(*setup_).count()) * voxels;
         memory.genes = std::size_t(genes_of(*setup_));
-        memory.muscles = 2 * voxels;
+        memory.muscles = muscle_columns * voxels;
     }
     if (meets) {
         memory.surface = sites;
@@ -292,8 +292,10 @@ void scene_kernels::choose_path(block_plans& plans, const gpu& device) {
                        many_laws};
     if (controlled) {
         const int genes = genes_of(*setup_);
+        const std::size_t real = setup_->options.precision == LIMAX_DOUBLE ? 8 : 4;
         needs.control = sizeof(float) * std::size_t(genes <= most_shared_genes ? genes : 0) +
-                        sizeof(double) * (sensors::body_sums + sensors::measured);
+                        sizeof(double) * (sensors::body_sums + sensors::measured) +
+                        2 * real * std::size_t(setup_->grid.voxels());
     }
     const kernel_needs most{setup_->options.precision, 4, true, has_faces, true};
     const std::size_t shared = device.shared_memory_of_block;

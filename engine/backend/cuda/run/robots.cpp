@@ -11,6 +11,7 @@
 
 #include "backend/cuda/plan/kernel_sets.h"
 #include "backend/cuda/run/population.h"
+#include "physics/drive.h"
 
 namespace limax::cuda {
 
@@ -284,11 +285,13 @@ void robots_on_gpu<R>::plan_robot(std::size_t local, const prepared_robot& prepa
         record.ramp = muscles.ramp;
     }
     record.tick = plan.tick;
-    if (plan.tick)
-        record.noise_seed =
-            setup_.bodies[std::size_t(robot)].hash +
-            uint64_t(setup_.scene.values(
-                effects::index_of<effects::control>)[effects::control::at_seed]);
+    record.next_tick = plan.settle_steps;
+    if (plan.tick) {
+        const double* values = setup_.scene.values(effects::index_of<effects::control>);
+        record.noise_seed = setup_.bodies[std::size_t(robot)].hash +
+                            uint64_t(values[effects::control::at_seed]);
+        record.phase_per_step = sensors::clock_of(values).per_step;
+    }
     for (int kind = 0; kind < sample_kinds; ++kind) {
         record.every[kind] = plan.every[kind];
         record.next_sample[kind] = plan.every[kind] ? plan.settle_steps : never;
