@@ -46,7 +46,7 @@ typedef enum limax_status {
 } limax_status;
 
 enum {
-    LIMAX_ABI = 13, /* raised whenever a declaration of this file changes */
+    LIMAX_ABI = 14, /* raised whenever a declaration of this file changes */
     LIMAX_MAX_MATERIALS = 16,
     LIMAX_MAX_HIDDEN = 8
 };
@@ -572,6 +572,11 @@ enum { LIMAX_BLOCK_STATE = 13 };
  * quaternion w, x, y, z that turns its own axes into the world's, velocity (m/s) and angular
  * velocity (rad/s, in the world). LIMAX_INVALID_ARGUMENT in a scene without the effect `block`. */
 limax_status limax_simulation_block(const limax_simulation* simulation, int32_t robot, double* out);
+
+/* Sets state s[`state`] of a robot's controller in every voxel of the lattice, for the next tick. Only
+ * on the CPU. LIMAX_INVALID_ARGUMENT for a controller that sets no such state. */
+limax_status limax_simulation_set_state(limax_simulation* simulation, int32_t robot, int32_t state,
+                                        const double* values);
 
 /* JSON object: what runs the steps of this simulation: `device`, and for cpu `passes`, for cuda
  * `path`, `effects`, `precision`, `origin` of the kernel (ahead of time, cached, compiled) and the

@@ -115,6 +115,12 @@ end
 -- Adds an effect as the script's entry asks: once, or each instance of a list.
 local function add_entry(handle, effect, entry)
   local place, is_list = "scene: " .. effect.name, type(entry) == "table" and entry[1] ~= nil
+  local signal = type(entry) == "table" and effect.name == CONTROLLED and entry.signal or entry
+  if type(signal) == "function" and effect.name == CONTROLLED then
+    fault.raise(place .. ": a Lua function controls only a robot by hand (robot:simulate,"
+      .. ' robot:begin); elsewhere write a text, such as { signal = "a = clock_sine;" }, or take'
+      .. " one of limax.control")
+  end
   if type(entry) ~= "table" and type(entry) ~= "boolean" then
     schema.refuse(place, "true, false or a table of its fields", entry)
   end

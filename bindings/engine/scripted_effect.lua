@@ -46,7 +46,8 @@ local function place_of(text, line)
   return ""
 end
 
--- The parameters among the fields, which are all but those in `fields`, in the order of their names.
+-- The parameters among the fields, which are all but those in `fields`, in the order of their
+-- names.
 local function parameters_of(what, entry, fields)
   local names, resolved = {}, {}
   for _, name in ipairs(schema.known(entry, entry, what)) do

@@ -35,12 +35,14 @@ rules.record = schema.fields(rates)
 numbers.time_step, numbers.record = nil, nil
 local options_rule = schema.fields(rules)
 local any_number, steps_rule = schema.number {}, schema.whole(0, 2 ^ 53, 0)
+local state_rule = schema.whole(0, 15)
 local trace_rule, row_rule = schema.choice(names.trace.names), schema.numbers(3)
 
 ---@class limax.simulation : limax.object
 ---@field count integer robots of the population, simulated or not
 ---@field record table<string, integer> samples per second of each recorded trace
 ---@field masses integer[] of each robot
+---@field voxels integer of the lattice
 
 -- Options of a script in the interface's struct, over the engine's defaults; and the rates of the
 -- traces that are recorded.
@@ -89,7 +91,8 @@ local function simulation(robots, table_of_materials, in_scene, options, on, mas
   return object.make(class, what, function(out)
     return C.limax_simulation_create(population_handle, materials_handle, scene_handle, o, bytes,
       target, out)
-  end, { count = robots.count, record = recorded, masses = masses, inputs = in_scene:inputs() })
+  end, { count = robots.count, record = recorded, masses = masses, inputs = in_scene:inputs(),
+    voxels = robots.lattice[1] * robots.lattice[2] * robots.lattice[3] })
 end
 
 ---@class limax.overlap
@@ -219,8 +222,8 @@ end
 --- A recorded trace of robot i, as far as it goes: "center_of_mass" [sample][3], "position" and
 --- "velocity" [sample][mass][3], "contact" [sample][1], "energy" [sample][4], "strain" [sample][2],
 --- "ledger" [sample][9], "block" [sample][7], "activation" [sample][voxel], "sensor"
---- [sample][input][voxel]; with .rate, .unit, .samples, .columns, and .inputs, the names of what the
---- controller reads.
+--- [sample][input][voxel]; with .rate, .unit, .samples, .columns, and .inputs, the names of what
+--- the controller reads.
 ---@param i integer
 ---@param kind string
 ---@return limax.view
@@ -275,6 +278,22 @@ end
 ---@field orientation number[] quaternion w, x, y, z that turns its own axes into the world's
 ---@field velocity number[] m/s
 ---@field angular_velocity number[] rad/s, in the world
+
+--- Sets state s[k] of robot i's controller in every voxel of the lattice, x first, for the next
+--- tick; on the CPU only.
+---@param i integer
+---@param k integer from 0, as in the text
+---@param values number[]
+function methods:set_state(i, k, values)
+  local what = "simulation:set_state"
+  local handle, robot = object.entry(what, self, class, i)
+  k = schema.demand(state_rule, k, what .. ": k")
+  values = schema.demand(schema.list(any_number, { count = self.voxels,
+    expected = ("a list of %d numbers, one for each voxel"):format(self.voxels) }), values,
+    what .. ": values")
+  local data = ffi.new("double[?]", #values, values)
+  abi.check(C.limax_simulation_set_state(handle, robot, k, data), what)
+end
 
 --- Place and motion of robot i's rigid block now; raises in a scene without one.
 ---@param i integer

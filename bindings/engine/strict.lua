@@ -71,7 +71,7 @@ function strict.close(module, list)
       fault.raise(("%s has no %s: an experiment names it by its text, %s"):format(module,
         schema.show(name), schema.show(name)))
     end
-    strict.unknown(module, name, list, entries)
+    strict.unknown(module, name, list, entries or {})
   end
   return setmetatable(list, { __index = unknown,
     __newindex = strict.read_only(module, "an experiment takes your own function itself, such as"

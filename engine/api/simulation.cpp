@@ -281,4 +281,13 @@ limax_status limax_simulation_block(const limax_simulation* simulation, int32_t 
     });
 }
 
+limax_status limax_simulation_set_state(limax_simulation* simulation, int32_t robot, int32_t state,
+                                        const double* values) {
+    return guard([&] {
+        const auto use = using_robot(simulation, robot);
+        require("values", values);
+        simulation->it->set_state(robot, state, values);
+    });
+}
+
 }  // extern "C"

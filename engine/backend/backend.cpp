@@ -52,6 +52,10 @@ void simulation::block(int32_t /*robot*/, double* /*out*/) {
     fail(LIMAX_INVALID_ARGUMENT, "there is no block: the scene does not name the effect 'block'");
 }
 
+void simulation::set_state(int32_t /*robot*/, int32_t /*state*/, const double* /*values*/) {
+    fail(LIMAX_INVALID_ARGUMENT, "states of a controller can be set on the CPU only");
+}
+
 uint64_t all_bytes_held() {
     uint64_t bytes = bytes_held().load();
 #if defined(LIMAX_WITH_CUDA)

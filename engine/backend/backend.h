@@ -81,6 +81,9 @@ public:
     virtual void state(int32_t robot, double* positions, double* velocities) = 0;  // [mass][3]
     // Writes the state of a robot's rigid block, [LIMAX_BLOCK_STATE]; refuses a scene without one.
     virtual void block(int32_t robot, double* out);
+    // Sets a state of a robot's controller, [voxel]; refuses a device that cannot, and a controller
+    // that sets no such state.
+    virtual void set_state(int32_t robot, int32_t state, const double* values);
     // The same for several simulations at once: enqueue() may send about `seconds` of work to a
     // device and return at once, unless it did so before; collect() waits for it and returns the
     // progress. Every other function waits too. Here all is done in collect().

@@ -9,6 +9,7 @@ local suggest = require "limax.engine.suggest"
 -- the module of each public name, and the field of it
 local public = {
   archive = { "limax.archive" },
+  control = { "limax.control" },
   defaults = { "limax.settings.defaults" },
   diversity = { "limax.run.diversity" },
   encoding = { "limax.encoding" },
@@ -30,6 +31,7 @@ local public = {
 ---@field home string folder of scripts, materials and prompts
 ---@field engine limax.engine the low-level objects
 ---@field archive table archives by name
+---@field control table controllers by name, as a scene's `control` takes them
 ---@field defaults table every default of an experiment
 ---@field diversity table measures of how different the robots of a population are
 ---@field encoding table encodings by name

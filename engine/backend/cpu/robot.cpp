@@ -66,6 +66,9 @@ public:
     void place(const double* positions, const double* velocities) override;
     void state(scratch& memory, double* positions, double* velocities) override;
     bool block(double* out) const override;
+    bool set_state(int32_t state, const double* values) override {
+        return control_ && control_->set_state(state, values);
+    }
     const int32_t* sites() const override { return state_.body.sites.data(); }
     int64_t samples(int32_t kind) const override { return samples_->all().taken(kind); }
     const double* trace(int32_t kind) const override { return samples_->all().data(kind); }

@@ -27,6 +27,8 @@ public:
     // Writes the state of the scene's rigid block at the current time, [LIMAX_BLOCK_STATE] as in
     // limax.h; returns false if there is none.
     virtual bool block(double* out) const = 0;
+    // Sets a state of the controller, [voxel]; returns false if the controller sets no such state.
+    virtual bool set_state(int32_t state, const double* values) = 0;
     virtual const int32_t* sites() const = 0;
     virtual int64_t samples(int32_t kind) const = 0;  // taken so far
     virtual const double* trace(int32_t kind) const = 0;

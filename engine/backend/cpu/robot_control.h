@@ -126,6 +126,13 @@ public:
         return tick < 0 ? R(0) : R(double(tick - tick_ * plan_.tick * per_step) / per_step);
     }
 
+    // As in robot.
+    bool set_state(int32_t state, const double* values) {
+        if (state < 0 || state >= law_.states) return false;
+        std::copy_n(values, voxels_, states_.begin() + state * voxels_);
+        return true;
+    }
+
     // Activations at a step, [voxel].
     void write_activations(int64_t step, double* out) const {
         const double share = values_[control::at_hold] != 0

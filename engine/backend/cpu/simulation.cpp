@@ -23,6 +23,7 @@ public:
     void place(int32_t robot, const double* positions, const double* velocities) override;
     void state(int32_t robot, double* positions, double* velocities) override;
     void block(int32_t robot, double* out) override;
+    void set_state(int32_t robot, int32_t state, const double* values) override;
     const char* describe() override;
 
 private:
@@ -135,6 +136,11 @@ void cpu_simulation::state(int32_t index, double* positions, double* velocities)
 
 void cpu_simulation::block(int32_t index, double* out) {
     if (!simulated(index).block(out)) simulation::block(index, out);
+}
+
+void cpu_simulation::set_state(int32_t index, int32_t state, const double* values) {
+    if (!simulated(index).set_state(state, values))
+        fail(LIMAX_INVALID_ARGUMENT, format("the controller sets no state s[%d]", state));
 }
 
 const char* cpu_simulation::describe() {

@@ -6,6 +6,7 @@ local choice = require "limax.base.choice"
 local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
+local function_control = require "limax.robot.function_control"
 local output = require "limax.base.output"
 local plausible = require "limax.settings.plausible"
 local robot_file = require "limax.robot.robot_file"
@@ -88,6 +89,7 @@ end
 ---@field population limax.population its body is robot 1
 ---@field materials limax.materials
 ---@field scene limax.scene
+---@field control function|nil a Lua function that is the scene's controller
 ---@field options table of the engine's simulation
 
 --- Makes the population, materials, scene and options for a simulation of a robot.
@@ -113,14 +115,16 @@ function prepared.parts(robot, options)
     if not size then engine.fail("simulate: materials: " .. message) end
     population = robot_file.build(description, materials)
   end
-  local scene = engine.scene(options.scene or description.scene or defaults.scene)
+  local named, control =
+    function_control.split(options.scene or description.scene or defaults.scene)
+  local scene = engine.scene(named)
   if options.scene then warn(plausible.replaced(options.scene, scene:table())) end
   local ok, resolved, notes =
     failure.attempt(settings.simulation_options, merged_settings(description, options))
   if not ok then engine.fail("simulate: " .. failure.bare(resolved)) end
   for _, note in ipairs(notes) do warn(note) end
   return { robot = robot, population = population, materials = materials, scene = scene,
-    options = resolved }
+    control = control, options = resolved }
 end
 
 --- A simulation that is ready to run; when it has ended, `result()` gives the row and the
@@ -128,12 +132,15 @@ end
 ---@param robot table as of `parts`
 ---@return limax.simulation
 ---@return fun(): limax.row, limax.robot.context result
+---@return function|nil control makes what calls a Lua function as the controller
 function prepared.simulation(robot, options)
   local parts = prepared.parts(robot, options)
   local population, materials = parts.population, parts.materials
   local description = parts.robot.description
+  local device = (options or {}).device
+  if parts.control and (device == nil or device == "auto") then device = "cpu" end
   local simulation = engine.simulation(population, materials, parts.scene, parts.options,
-    device_of((options or {}).device))
+    device_of(device))
   warn(plausible.overlap(simulation:overlap()))
   for _, note in ipairs(bound_check.notes(population, nil, materials, parts.scene,
     parts.options)) do
@@ -144,6 +151,10 @@ function prepared.simulation(robot, options)
       { by_hand = true, population = population, index = 1, simulation = simulation,
         materials = materials, scene = parts.scene:table(), options = parts.options,
         fitness = description.fitness }
+  end, parts.control and function()
+    local lattice = description.lattice
+    return function_control.caller(simulation, parts.control, parts.scene:table().control.rate,
+      lattice[1] * lattice[2] * lattice[3])
   end
 end
 

@@ -236,8 +236,8 @@ function Robot:simulate(options) return scored_robot.simulate(self, options) end
 ---@param options? limax.robot.simulate_options
 ---@return limax.robot_in_motion
 function Robot:begin(options)
-  local simulation, result = prepared.simulation(self, options)
-  return robot_in_motion.new(simulation, function() return scored_robot.new(result()) end)
+  local simulation, result, control = prepared.simulation(self, options)
+  return robot_in_motion.new(simulation, function() return scored_robot.new(result()) end, control)
 end
 
 --- Natural frequencies, mode shapes and damping ratios of small vibrations: of the free, undeformed

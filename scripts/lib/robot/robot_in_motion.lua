@@ -38,20 +38,27 @@ end
 
 --- Makes the object. `finish` makes a scored robot of a simulation that has ended.
 ---@param finish fun(): limax.scored_robot
+---@param control? function of function_control.lua; makes what calls a script's controller
 ---@return limax.robot_in_motion
-function robot_in_motion.new(simulation, finish)
+function robot_in_motion.new(simulation, finish, control)
   -- the engine prepares a robot when it is first read
   simulation:state(1)
-  return setmetatable({ simulation = simulation, finished = finish }, class)
+  return setmetatable({ simulation = simulation, finished = finish,
+    controlled = control and control() or false }, class)
 end
 
 -- Advances by whole steps, in slices of wall time.
-local function advance(simulation, steps)
+local function advance(self, steps, on_progress)
+  local simulation = self.simulation
   local target = simulation:outcome(1).step + steps
   while true do
     local left = target - simulation:outcome(1).step
     if left <= 0 then return end
+    if self.controlled and self.status == "running" then
+      left = math.min(left, self.controlled(self))
+    end
     local progress = simulation:advance(SLICE, left)
+    if on_progress then on_progress(progress) end
     if progress.interrupted then
       host.raise_if_interrupted()
       error(host.interrupt, 0)
@@ -69,7 +76,7 @@ function Moving:step(steps)
     engine.fail(("step: expected a whole number of steps from 1, got %s"):format(
       schema.show(steps)))
   end
-  advance(self.simulation, steps)
+  advance(self, steps)
   return self
 end
 
@@ -86,7 +93,7 @@ function Moving:go(seconds)
   local before = self.simulation:outcome(1)
   local step, settle, time_step = before.step, -before.time, before.time_step
   -- a little less, so that rounding adds no step
-  advance(self.simulation, math.ceil(seconds / time_step - 1e-6))
+  advance(self, math.ceil(seconds / time_step - 1e-6))
   if not warned and step == 0 and seconds > settle / 2 and self.time < time_step then
     warned = true
     output.warn(("! go: the body settles for %.4g s, and go(%.4g) ends at t = %.4g s, when muscles"
@@ -120,6 +127,7 @@ end
 ---@param progress? fun(progress: table)
 ---@return limax.scored_robot
 function Moving:finish(progress)
+  if self.controlled then advance(self, self.simulation:outcome(1).steps, progress) end
   self.simulation:run(progress)
   return self.finished()
 end

@@ -10,6 +10,7 @@ local energy_balance = require "limax.robot.energy_balance"
 local engine = require "limax.engine"
 local prepared = require "limax.robot.prepared"
 local robot_file = require "limax.robot.robot_file"
+local robot_in_motion = require "limax.robot.robot_in_motion"
 local robot_trials = require "limax.robot.robot_trials"
 local rows = require "limax.robot.rows"
 local schema = require "limax.engine.schema"
@@ -394,8 +395,10 @@ function methods:save(path) robot_file.write(path, self:table()) end
 
 -- Row and context after one simulation of a robot.
 local function simulated(robot, options)
-  local simulation, result = prepared.simulation(robot, options)
-  simulation:run(type(options) == "table" and options.progress or nil)
+  local simulation, result, control = prepared.simulation(robot, options)
+  local progress = type(options) == "table" and options.progress or nil
+  if control then return robot_in_motion.new(simulation, result, control):finish(progress) end
+  simulation:run(progress)
   return result()
 end
 

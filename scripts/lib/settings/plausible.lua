@@ -101,7 +101,7 @@ end
 
 -- Muscles in a scene that does not drive them.
 local function idle_muscles(config)
-  if config.scene.actuation then return nil end
+  if config.scene.actuation or config.scene.control then return nil end
   return "scene names no actuation: no muscle moves; actuation = { frequency = 2 } drives them"
 end
 
@@ -131,7 +131,7 @@ local function nothing_to_push(config)
   for _, effect in pairs(scene) do
     if effect.force then return nil end
   end
-  if not scene.actuation or has_any(scene, OTHERS) then return nil end
+  if not (scene.actuation or scene.control) or has_any(scene, OTHERS) then return nil end
   local contact = has_any(scene, CONTACTS)
   if not contact then
     if scene.gravity then return nil end -- bottomless() has a note on it

@@ -37,8 +37,9 @@ local function split(what, argument, rules)
   return options, effects
 end
 
--- Adds effects to a scene.
+-- Adds effects to a scene; a controller takes the place of the muscles' sine.
 local function merged(scene, effects)
+  if effects.control then scene.actuation = nil end
   for name, value in pairs(effects) do scene[name] = value end
   return scene
 end

@@ -59,6 +59,7 @@ trace  simulation:trace(1, "center_of_mass")
 sites  simulation:sites(1)
 state  simulation:state(1)
 block  simulation:block(1)
+set_state  pcall(simulation.set_state, simulation, 1, 0, { 0.5, -0.5 })
 describe  simulation:describe().device
 ]] },
   { title = "Genomes and bodies", text = "What `limax.engine.population` gives.",

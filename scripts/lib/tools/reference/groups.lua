@@ -254,6 +254,16 @@ stairs  limax.scenes.stairs { step = 0.05, depth = 0.3, count = 5 }
 corner  limax.scenes.corner { distance = 1 }
 rough  limax.scenes.rough({ roughness = 0.05, seed = 1 }).terrain.spacing
 ]] },
+  { title = "limax.control", files = { "scripts/lib/experiment/control.lua" }, holder = "control.",
+    text = "Controllers: each returns what a scene's `control` takes ([CONTROL.md](CONTROL.md)).",
+    prefix = "limax.control.",
+    examples = [[
+sine  limax.control.sine { frequency = 2 }
+reflex  limax.control.reflex { gain = 0.5, sensor = "strain.x", frequency = 2, rate = 50 }
+network  limax.control.network { sensors = { "strain", "contact", "clock" }, states = 2 }
+central  limax.control.central { sensors = { "gravity", "clock" }, groups = 4 }
+oscillators  limax.control.oscillators { frequency = 2, feedback = "contact" }
+]] },
   { title = "limax.diversity", files = { "scripts/lib/run/diversity.lua" }, holder = "diversity.",
     text = "Measures of a scored population.", prefix = "limax.diversity.", stage = SCORED,
     examples = [[
