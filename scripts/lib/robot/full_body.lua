@@ -2,6 +2,7 @@
 --- step measures the cost of a set of materials, and is the limit of a fixed step.
 
 local engine = require "limax.engine"
+local robot_file = require "limax.robot.robot_file"
 
 local full_body = {}
 
@@ -13,9 +14,10 @@ local full_body = {}
 ---@return number bound s
 ---@return string material
 function full_body.bound(lattice, materials, scene, options, device)
-  local voxels = {}
+  local voxels, genes = {}, {}
   local least, name = math.huge, ""
-  local body = engine.population { lattice = lattice, count = 1 }
+  for k = 1, scene:control_genes() do genes[k] = 0 end
+  local body = robot_file.population({ { control = genes } }, lattice)
   for material = 1, materials.count do
     if materials:get(material).kind ~= "empty" then
       -- a population keeps material indices from 0

@@ -117,7 +117,7 @@ suite:test("an error about an argument names no line of limax", function(t)
 end)
 
 suite:test("the generated pages are up to date", function(t)
-  for _, name in ipairs { "page", "run_folder_page" } do
+  for _, name in ipairs { "page", "run_folder_page", "control_page" } do
     local page = require("limax.tools.reference." .. name)
     t:ok(source.read(host.home .. "/" .. page.path) == page.text(),
       page.path .. " is out of date: run limax scripts/dev/reference.lua")

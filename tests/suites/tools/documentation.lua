@@ -17,7 +17,7 @@ local suite = require("limax.test").suite "documentation"
 local PAGE = "scripts/RUN_FOLDER.md"
 -- pages with Lua blocks, and with command lines
 local WITH_LUA = { "README.md", "scripts/README.md", "scripts/WORLD.md", "scripts/EXTENDING.md",
-  "scripts/EVOLUTION.md" }
+  "scripts/EVOLUTION.md", "scripts/CONTROL.md" }
 local READMES = { "scripts/GPU.md", unpack(WITH_LUA) }
 
 local function text_of(path) return assert(source.read(host.home .. "/" .. path)) end

@@ -42,18 +42,25 @@ local function effects()
   for i, effect in ipairs(engine.effects()) do
     local fields = {}
     for k, field in ipairs(effect.fields) do fields[k] = of_field(field.name, field) end
+    if effect.name == "control" then
+      table.insert(fields, 1, row("signal", "the text of the controller, in the language of"
+        .. " CONTROL.md; fields besides these are its parameters"))
+    end
     list[i] = { name = effect.name, text = effect.summary, fields = fields,
       list = effect.instances > 1 }
   end
   return list
 end
 
+-- What has a sample of its own in a trace.
+local EACH = { position = " of each mass", velocity = " of each mass",
+  activation = "one of each voxel", sensor = "what the controller reads, of each voxel" }
+
 local function traces()
   local list = {}
   for i, name in ipairs(defaults.traces) do
-    local of_mass = (name == "position" or name == "velocity") and " of each mass" or ""
     list[i] = { name = name, unit = "Hz", text = ("samples per second of this trace: %s%s; in %s")
-      :format(table.concat(engine.names.trace_columns[name], ", "), of_mass,
+      :format(table.concat(engine.names.trace_columns[name], ", "), EACH[name] or "",
         engine.names.trace_unit[name]) }
   end
   return list
