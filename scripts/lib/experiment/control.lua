@@ -256,14 +256,15 @@ function control.oscillators(options)
     cosine[#cosine + 1] = ("heard[%d]"):format(6 + side)
   end
   return finished(fields, {
+    "real before = phase + s[0];",
+    ("real pull = (%s) * cos(before) - (%s) * sin(before);"):format(table.concat(sine, " + "),
+      table.concat(cosine, " + ")),
+    ("s[0] += (t - s[1]) * (6.283185307179586 * g[0] + g[1] * pull%s);"):format(feedback),
+    "s[1] = t;",
     "real p = phase + s[0];",
     "say[0] = sin(p);",
     "say[1] = cos(p);",
-    ("real pull = (%s) * say[1] - (%s) * say[0];"):format(table.concat(sine, " + "),
-      table.concat(cosine, " + ")),
     "a = clock_sine * say[1] + clock_cosine * say[0];",
-    ("s[0] += (t - s[1]) * (6.283185307179586 * g[0] + g[1] * pull%s);"):format(feedback),
-    "s[1] = t;",
   })
 end
 

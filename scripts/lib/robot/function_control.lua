@@ -74,7 +74,8 @@ function function_control.caller(simulation, call, rate, voxels)
       end
       simulation:set_state(1, 0, value)
       number = number + 1
-      due = settle + number * tick - 1
+      local next_tick = settle + number * tick
+      due = next_tick < start.steps and next_tick - 1 or math.huge
     end
     return due - now
   end

@@ -5,10 +5,6 @@ local limax = require "limax"
 
 local suite = require("limax.test").suite "control"
 
-suite:fixture("walker", { shared = true }, function()
-  return { voxels = "eses\nceec\n\nescs\necse", weights = { phase = function(x) return x / 4 end } }
-end)
-
 -- Land with everything that sensors see; passive without a controller.
 local function land(controller)
   return limax.scenes.land { actuation = false, control = controller, target = true,
@@ -18,13 +14,12 @@ end
 local function genes_of(controller) return limax.engine.scene(land(controller)):control_genes() end
 
 -- The walk of a robot under a controller, with genes of control that are all `value`, or a list.
-local function walk(t, controller, genes, options)
-  local description = { control = genes }
-  for name, value in pairs(t:fixture "walker") do description[name] = value end
+local function walk(controller, genes, options)
   local o = { scene = land(controller), duration = 0.5, settle = 0.1, device = "cpu",
     record = { center_of_mass = 100 } }
   for name, value in pairs(options or {}) do o[name] = value end
-  return limax.robot(description):simulate(o)
+  return limax.robot({ voxels = "eeee\nceec\n\nescs\necse", control = genes,
+    weights = { phase = function(x) return x / 4 end } }):simulate(o)
 end
 
 local function zeros(count)
@@ -63,25 +58,89 @@ suite:test("texts compile with all options", function(t)
 end)
 
 suite:test("zero genes are passive, or the sine, bit for bit", function(t)
-  local passive, sine = path(walk(t)), path(walk(t, control.sine { frequency = 3 }))
+  local passive, sine = path(walk()), path(walk(control.sine { frequency = 3 }))
   local of_network = { sensors = SENSORS, hidden = 4, messages = 2, states = 2 }
   local of_central = { sensors = { "gravity", "clock" }, hidden = 4 }
   for _, case in ipairs { { passive, nil }, { sine, "sine" } } do
     for name, options in pairs { network = of_network, central = of_central } do
       options.base, options.frequency = case[2], 3
       local made = control[name](options)
-      t:same_bits(path(walk(t, made, zeros(genes_of(made)))), case[1])
+      t:same_bits(path(walk(made, zeros(genes_of(made)))), case[1])
     end
   end
-  t:same_bits(path(walk(t, control.reflex { gain = 0 })), passive)
-  t:same_bits(path(walk(t, control.reflex { gain = 0, frequency = 3 })), sine)
-  t:same_bits(path(walk(t, control.oscillators { frequency = 3 }, { 0, 0 })), sine)
+  t:same_bits(path(walk(control.reflex { gain = 0 })), passive)
+  t:same_bits(path(walk(control.reflex { gain = 0, frequency = 3 })), sine)
+  t:same_bits(path(walk(control.oscillators { frequency = 3 }, { 0, 0 })), sine)
   -- and the sine is the open loop's, sampled
   local function floats(effects)
     effects.gravity = false
-    return walk(t, nil, nil, { scene = limax.scenes.air(effects), record = { position = 20 } })
+    return walk(nil, nil, { scene = limax.scenes.air(effects), record = { position = 20 } })
       :trace("position"):table()
   end
   t:near(floats { control = control.sine { frequency = 3, rate = 2500 } },
     floats { actuation = { frequency = 3, ramp = 0 } }, { atol = 8e-4 }) -- m, of a tick's delay
+end)
+
+suite:test("networks and oscillators act by their genes", function(t)
+  -- the direct weights lie behind the perceptron's genes
+  local made = control.network { sensors = { "contact", "clock" }, hidden = 4, rate = 50 }
+  local genes = zeros(genes_of(made))
+  genes[#genes - 1] = 2
+  local record = { record = { activation = 50 } }
+  local direct = walk(made, genes, record):trace("activation"):table()
+  local text = walk({ signal = "a = tanh(2 * clock_sine);", rate = 50 }, nil, record)
+  t:same_bits(direct, text:trace("activation"):table())
+  -- a change of the frequency by 1 Hz
+  local faster = walk(control.oscillators { frequency = 2, rate = 1000 }, { 1, 0 }, record)
+  local sine = walk(control.sine { frequency = 3, rate = 1000 }, nil, record)
+  t:near(faster:trace("activation"):table(), sine:trace("activation"):table(), { atol = 1e-3 })
+  -- coupled phases become equal: the voxels differ less and less
+  local coupled = walk(control.oscillators { frequency = 2, rate = 100 }, { 0, 20 },
+    { record = { activation = 50 }, duration = 1.5 }):trace "activation"
+  local function spread(row) return math.max(unpack(row)) - math.min(unpack(row)) end
+  t:ok(spread(coupled[70]:table()) < 0.05 and spread(coupled[5]:table()) > 0.3)
+end)
+
+suite:test("a function controls a robot by hand, as a text would", function(t)
+  local times = {}
+  local function drive(moving, time)
+    t:ok(moving:center()[3] > 0)
+    times[#times + 1] = time
+    return 0.5 * time + 0.1
+  end
+  for _, settle in ipairs { 0, 0.1 } do
+    local options = { settle = settle, precision = "double" }
+    local text = path(walk({ rate = 50, signal = "a = 0.5 * t + 0.1;" }, nil, options))
+    t:same_bits(path(walk({ rate = 50, signal = drive }, nil, options)), text)
+    t:equal({ #times, times[1], times[25] }, { 25, 0, 0.48 })
+    times = {}
+  end
+  local list = zeros(16)
+  list[2] = 0.25
+  local walked = walk(function() return list end, nil, { record = { activation = 50 } })
+  t:equal(walked:trace("activation")[20]:table(), list)
+  t:raises("a Lua function controlled the robot", function() walked:simulate() end)
+  t:raises("one for each of the 16 voxels of the lattice, got 2 entries",
+    function() walk(function() return { 0, 1 } end) end)
+  t:raises("a Lua function controls only a robot by hand", function()
+    limax.experiment { fitness = "walk", scene = land(function() return 0 end) }
+  end)
+end)
+
+suite:test("options are checked", function(t)
+  for message, call in pairs {
+    ['network.sensors[2]: there is no sensor "starin"; did you mean "strain"?'] = function()
+      control.network { sensors = { "clock", "starin" } }
+    end,
+    ["network.sensors: expected a list of sensors"] = function() control.network {} end,
+    ["central.sensors[1]: strain.x differs from voxel to voxel"] = function()
+      control.central { sensors = { "strain.x" } }
+    end,
+    ["central.groups: expected 2, 4 or 8, got 3"] = function()
+      control.central { sensors = { "gravity" }, groups = 3 }
+    end,
+    ['reflex.sensor: expected one number, such as "strain.x", got "strain"'] = function()
+      control.reflex { sensor = "strain" }
+    end,
+  } do t:raises(message, call) end
 end)
