@@ -32,6 +32,7 @@ encoding  limax.engine.encoding { lattice = { 3, 3, 3 } }.genes
 population  limax.engine.population { lattice = { 2, 1, 1 }, count = 1 }
 effects  limax.engine.effects()[1].summary
 scene  limax.engine.scene { gravity = true }
+sensors  limax.engine.sensors()[1].range
 simulation  limax.engine.simulation(robots, materials, scene, { duration = 0.1 })
 begin_together  limax.engine.begin_together({ simulation }, 0.01)
 advance_together  limax.engine.advance_together({ simulation }, 0.01)
