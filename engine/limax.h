@@ -573,8 +573,8 @@ enum { LIMAX_BLOCK_STATE = 13 };
  * velocity (rad/s, in the world). LIMAX_INVALID_ARGUMENT in a scene without the effect `block`. */
 limax_status limax_simulation_block(const limax_simulation* simulation, int32_t robot, double* out);
 
-/* Sets state s[`state`] of a robot's controller in every voxel of the lattice, for the next tick. Only
- * on the CPU. LIMAX_INVALID_ARGUMENT for a controller that sets no such state. */
+/* Sets state s[`state`] of a robot's controller, [voxel] of the lattice, for the next tick. Only on
+ * the CPU. LIMAX_INVALID_ARGUMENT for a controller that sets no such state. */
 limax_status limax_simulation_set_state(limax_simulation* simulation, int32_t robot, int32_t state,
                                         const double* values);
 

@@ -15,7 +15,7 @@ local drive = { frequency = 2 } -- Hz
 local scene = SENSES and limax.scenes.land {
   control = limax.control.network {
     sensors = { "strain", "contact", "clock" }, hidden = 8, messages = 1, states = 2,
-    base = "sine", frequency = drive.frequency, rate = 20, -- Hz
+    base = "sine", frequency = drive.frequency, rate = 50, -- Hz
   },
 } or limax.scenes.land { actuation = drive }
 
