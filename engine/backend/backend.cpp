@@ -179,6 +179,15 @@ void check_options(const limax_simulation_options& options, const scene& scene) 
     if (options.integrator == LIMAX_RK4) require_smooth(scene);
 }
 
+uint64_t simulation_setup::noise_seed(int32_t robot) const {
+    const double* values = scene.values(effects::index_of<effects::control>);
+    uint64_t hash = bodies[std::size_t(robot)].hash + uint64_t(values[effects::control::at_seed]);
+    for (int32_t g = 0; g < scene.controller().genes; ++g)  // FNV-1a
+        hash = (hash ^ bits_as<uint32_t>(control[std::size_t(int64_t(robot) * control_genes + g)])) *
+               1099511628211u;
+    return hash;
+}
+
 void check_beyond_cpu(const limax_simulation_options& options) {
     if (options.integrator == LIMAX_RK4)
         fail(LIMAX_INVALID_ARGUMENT,

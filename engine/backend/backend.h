@@ -43,6 +43,9 @@ struct simulation_setup {
         return most;
     }
 
+    // What the noise of a robot's sensors begins with: of its body, its genes and the scene's seed.
+    uint64_t noise_seed(int32_t robot) const;
+
     // Makes sure that the host has voxels and weights. From any thread.
     void fetch_bodies() const {
         static std::mutex mutex;

@@ -32,7 +32,7 @@ public:
           forces_(forces),
           voxels_(body.grid.voxels()),
           genes_(setup.control.data() + int64_t(robot) * setup.control_genes),
-          seed_(setup.bodies[std::size_t(robot)].hash + uint64_t(values_[control::at_seed])),
+          seed_(setup.noise_seed(robot)),
           delay_(int(std::lround(values_[control::at_delay] * values_[control::at_rate]))),
           clock_(sensors::clock_of(values_)) {
         const uint8_t* const materials = setup.voxels.data() + robot * voxels_;

@@ -242,13 +242,15 @@ __device__ inline void press(const scene_params& params, const effects::vector<r
 }
 
 // Tick `number` of the voxel (x, y, z) of a robot. corner_at(site) gives a mass as springs read it.
-// `per_gravity` is one over its strength, s^2/m, or 0. Returns false if the controller gave a value
+// `per_gravity` is one over its strength, s^2/m, or 0; show(voxel, half, drive) gets the drive
+// that it stores. Returns false if the controller gave a value
 // that is not finite.
-template <class Corner>
+template <class Corner, class Show>
 __device__ inline bool tick_voxel(const launch_arguments& launch, const robot_record& record,
                                   const scene_params& params, int64_t robot, int64_t number,
                                   const site_grid& grid, int x, int y, int z, const float* genes,
-                                  const real* whole, real per_gravity, const Corner& corner_at) {
+                                  const real* whole, real per_gravity, const Corner& corner_at,
+                                  const Show& show) {
     using namespace sensors;
     const lattice body{grid.x - 1, grid.y - 1, grid.z - 1};
     const int64_t voxels = body.voxels(), voxel = body.voxel(x, y, z);
@@ -257,7 +259,7 @@ __device__ inline bool tick_voxel(const launch_arguments& launch, const robot_re
     const int now = int(number & 1);
     const auto column = [&](int place) -> real& { return columns[place * voxels]; };
     const float* const muscles = launch.control.muscles + robot * muscle_columns * voxels + voxel;
-    if (muscles[0] != muscles[0]) return true;
+    const float gain = muscles[0];  // NaN of an empty voxel, which computes in vain
     real at[LIMAX_CONTROL_REGISTERS];
     if constexpr (reads(control_sensors, strain, gravity)) {
         real sensed[gravity];
@@ -328,12 +330,14 @@ __device__ inline bool tick_voxel(const launch_arguments& launch, const robot_re
 
     real results[1 + layout.states + layout.messages];
     run_controller(genes, at, results);
+    if (gain != gain) return true;
     bool finite = true;
     for (const real result : results) finite &= result - result == real(0);
     const real next =
         next_activation(results[0], before, real(values[effects::control::at_change]));
     column(layout.activation() + 1 - now) = next;
-    column(layout.drive() + 1 - now) = real(muscles[0]) * next;
+    column(layout.drive() + 1 - now) = real(gain) * next;
+    show(int(voxel), 1 - now, real(gain) * next);
     each_constant<layout.states>(
         [&](auto i) { column(layout.state() + i.value) = results[1 + i.value]; });
     each_constant<layout.messages>([&](auto i) {

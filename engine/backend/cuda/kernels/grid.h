@@ -234,7 +234,8 @@ struct grid_robot {
             part[sum_nonfinite] += !tick_voxel(
                 launch, record, params, robot, number, grid, v % nx, v / nx % ny, v / (nx * ny),
                 genes, shared.control.whole, shared.control.per_gravity,
-                [&](int site) { return exchanged_corner(grid, seen, site); });
+                [&](int site) { return exchanged_corner(grid, seen, site); },
+                [](int, int, real) {});
         sum_over_robot(part);
         if (shared.sum_of[sum_nonfinite] != 0) return false;
         if (thread == 0) count_tick(record);

@@ -43,12 +43,6 @@ __device__ __noinline__ void drive_block(const launch_arguments& launch, block_m
                          int64_t(LIMAX_NX) * LIMAX_NY * LIMAX_NZ);
     float* const columns = const_cast<float*>(launch.springs) +
                            robot * (stored_columns * direction_count * sites);
-    // by all voxels of the robot
-    constexpr int voxels = LIMAX_NX * LIMAX_NY * LIMAX_NZ;
-    const stored_drive stored(state);
-    for (int v = opaque(threadIdx.x); v < voxels; v += threads)
-        for (int half = 0; half < 2; ++half) shared.drive[half][v] = stored(v, half);
-    __syncthreads();
     // also of the sites above, which begin in the next block
     const int first = first_layer(cluster_rank()) * layer;
     const int end = (first_layer(cluster_rank() + 1) + 1) * layer;
@@ -58,6 +52,16 @@ __device__ __noinline__ void drive_block(const launch_arguments& launch, block_m
                 store_drive(launch, state, grid, columns, d.value, site,
                             [&](int voxel, int half) { return shared.drive[half][voxel]; });
         });
+}
+
+// Fetches what the last tick made of all voxels of the robot.
+__device__ inline void fetch_drive(const launch_arguments& launch, block_memory& shared) {
+    constexpr int voxels = LIMAX_NX * LIMAX_NY * LIMAX_NZ;
+    const stored_drive stored(control_state_of(launch.control.columns, launch.scene, shared.record,
+                                               robot_of(launch), voxels));
+    for (int v = opaque(threadIdx.x); v < voxels; v += threads)
+        for (int half = 0; half < 2; ++half) shared.drive[half][v] = stored(v, half);
+    __syncthreads();
 }
 
 // What the controller senses of the body as a whole.
@@ -113,10 +117,15 @@ __device__ __noinline__ bool tick_block(const launch_arguments& launch, block_me
         finite &= tick_voxel(launch, record, params, robot_of(launch), number, grid, v % LIMAX_NX,
                              v / LIMAX_NX % LIMAX_NY, v / (LIMAX_NX * LIMAX_NY) + lowest, genes,
                              shared.control.whole, shared.control.per_gravity,
-                             [&](int site) { return corner_of_robot(site, shared); });
+                             [&](int site) { return corner_of_robot(site, shared); },
+                             [&](int voxel, int half, real drive) {
+                                 if constexpr (cluster_blocks == 1)
+                                     shared.drive[half][voxel] = drive;
+                             });
     if (any_of_robot(shared, control_wild, !finite)) return false;
     if (threadIdx.x == 0) count_tick(record);
     __syncthreads();
+    if constexpr (cluster_blocks > 1) fetch_drive(launch, shared);
     drive_block(launch, shared);
     return true;
 }
@@ -209,6 +218,7 @@ struct block_robot {
         const robot_record& record = shared.record;
         if constexpr (controlled) {
             shared.control.load(launch, robot_of(launch), threads);
+            fetch_drive(launch, shared);
             drive_block(launch, shared);
         }
         const bool begun = record.begun;

@@ -288,8 +288,7 @@ void robots_on_gpu<R>::plan_robot(std::size_t local, const prepared_robot& prepa
     record.next_tick = plan.settle_steps;
     if (plan.tick) {
         const double* values = setup_.scene.values(effects::index_of<effects::control>);
-        record.noise_seed = setup_.bodies[std::size_t(robot)].hash +
-                            uint64_t(values[effects::control::at_seed]);
+        record.noise_seed = setup_.noise_seed(robot);
         record.phase_per_step = sensors::clock_of(values).per_step;
     }
     for (int kind = 0; kind < sample_kinds; ++kind) {
