@@ -21,7 +21,8 @@ inline int shared_memory_of(int capability) {
     return capability < 80 ? 65536 : capability < 90 ? 166912 : 232448;
 }
 
-inline constexpr unsigned every_effect = (1u << effects::all::count) - 1;
+inline constexpr unsigned every_effect =
+    ((1u << effects::all::count) - 1) & ~effects::bit<effects::actuation>;
 // Those of a robot that walks on flat ground: kernels for them are built with limax.
 inline constexpr unsigned walking_effects =
     effects::bit<effects::springs> | effects::bit<effects::damping> |
@@ -38,6 +39,16 @@ inline simulation_setup setup_of(unsigned mask, int precision, int integrator,
     setup.grid = grid;
     for (std::size_t i = 1; i < effect_entries().size(); ++i)
         if (mask >> i & 1u) setup.scene.add(effect_entries()[i].name);
+    if (setup.scene.has(effects::index_of<effects::control>)) {
+        const double delay = 0.1;
+        setup.scene.set("control", "delay", &delay, 1);
+        setup.scene.set_controller(
+            "real y[3] = perceptron(4, g[0], strain, strain_rate, load, contact, gravity, velocity,"
+            "  spin, target, target_distance, block, block_velocity, ahead, activation, place);"
+            "s[0] += soft(y[1]) + heard[0]; say[0] = clamp(y[2] * t, -1, 1);"
+            "a = y[0] + clock_sine * cos(phase) + clock_cosine * sin(phase);",
+            {});
+    }
     return setup;
 }
 

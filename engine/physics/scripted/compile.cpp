@@ -582,7 +582,7 @@ value reader::call(const std::string& name) {
         if (name != candidate.name) continue;
         takes(std::size_t(candidate.operands));
         for (const value v : arguments) need_number(v, name);
-        arguments.resize(3, arguments[0]);
+        arguments.resize(3);
         return number(candidate.what, arguments[0], arguments[1], arguments[2]);
     }
     takes(name == "vec" ? 3 : name == "length" ? 1 : 2);

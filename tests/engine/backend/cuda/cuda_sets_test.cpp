@@ -77,6 +77,8 @@ kernel_set of_scene(const char* entry, const kernel_set& set) {
     kernel_set serving{entry, {}};
     for (const char* name : {"LIMAX_EFFECTS", "LIMAX_PRECISION", "LIMAX_LEAPFROG"})
         serving.defines[name] = set.defines.at(name);
+    for (const auto& [name, value] : set.defines)
+        if (name.starts_with("LIMAX_CONTROL")) serving.defines[name] = value;
     return serving;
 }
 
