@@ -4,6 +4,7 @@
 local block = require "support.physics.block"
 local body = require "support.physics.body"
 local contacts = require "support.physics.contacts"
+local control = require "support.physics.control"
 local vector = require "support.physics.vector"
 
 local dot, plus, minus, times, each = vector.dot, vector.plus, vector.minus, vector.times,
@@ -31,6 +32,7 @@ local function add_springs(world, f, x, p, t)
   for _, s in ipairs(world.springs) do
     local e, w = minus(x[s.j], x[s.i]), minus(p[s.j], p[s.i])
     local r, L = distance(e), s.L + s.a * sine + s.b * cosine
+    if world.control then L = L + control.change(world, s, t, world.dt) end
     local scale = s.k - (s.k * L - s.c * dot(w, e) / r) / r
     f[s.i], f[s.j] = plus(f[s.i], scale, e), plus(f[s.j], -scale, e)
   end
@@ -157,6 +159,7 @@ function steps.rk4(world, state, _, t, dt)
   local function mean(a, b, c, d) return moved(moved(moved(a, 2, b), 2, c), 1, d) end
   state.x = moved(x, dt / 6, mean(v, v2, v3, v4))
   state.u = moved(v, dt / 6, mean(a1, a2, a3, a4))
+  state.p = state.u
   return v
 end
 
@@ -191,18 +194,24 @@ end
 ---@param robot limax.robot.description
 ---@param scene table with every field, as `engine.scene(...):table()` has it
 ---@param options table resolved, with a fixed `time_step` and `record.position`, Hz
+---@param signal? function the controller of scene.control, as control.new takes it
 ---@return physics.sample[] samples from t = 0 to the end
 ---@return table[] masses `m` of each, kg
-function physics.run(robot, scene, options)
+function physics.run(robot, scene, options, signal)
   local world = body.of(robot, options.sharing)
+  world.dt = options.time_step
   world.scene, world.edge, world.contacts = scene, robot.edge, contacts.of(scene)
   world.block = scene.block and block.new(scene.block, options.position)
   world.pairs = scene.self_collision and body.contact_pairs(world.masses)
+  world.control = scene.control and control.new(world.voxels, signal, robot.control)
   for _, s in ipairs(world.springs) do s.c = scene.damping and s.c or 0 end
   local state, samples, dt = start(world, options), {}, options.time_step
   local function whole(seconds) return floor(seconds / dt + 0.5) end
   local settle, every = whole(options.settle), whole(1 / options.record.position)
   for n = 0, settle + whole(options.duration) do
+    if world.control and n >= settle and (n - settle) % whole(1 / scene.control.rate) == 0 then
+      control.act(world, state.x, state.p)
+    end
     local sample = { x = state.x, block = world.block and block.row(world.block) }
     sample.v = steps[options.integrator](world, state, n, (n - settle) * dt, dt)
     if n >= settle and (n - settle) % every == 0 then samples[#samples + 1] = sample end

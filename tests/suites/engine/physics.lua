@@ -2,6 +2,7 @@
 --- engine/PHYSICS.md: every mass at every sample. SI units.
 
 local limax = require "limax"
+local control = require "support.physics.control"
 local physics = require "support.physics"
 
 local suite = require("limax.test").suite "the model on one page"
@@ -24,6 +25,37 @@ local HAIRPIN = { voxels = "bbbb\n\ne..e\n\nc..c\n\ns..s", weights = { phase = s
 local SLAB = { voxels = "bbb\nbbb" }
 
 local land, slope = limax.scenes.land, limax.scenes.slope
+
+-- A controller as its text, and as a function for the reference.
+local REFLEX = { signal = "s[0] = 0.8 * s[0] + 0.2 * contact; say[1] = s[0] - 0.1 * strain.z;"
+  .. " a = tanh(strain.x - 0.5 * load) + s[0] * clock_sine - 0.02 * strain_rate;"
+  .. " a += heard[6] - heard[9];",
+  reference = function(sees, memory)
+    memory.level = 0.8 * (memory.level or 0) + 0.2 * sees.contact
+    return math.tanh(sees.strain[1] - 0.5 * sees.load) + memory.level * sees.clock_sine
+      - 0.02 * sees.strain_rate + sees.heard(2, 1) - sees.heard(2, 4),
+      { 0, memory.level - 0.1 * sees.strain[3] }
+  end }
+local NETWORK = { signal = "real y[2] = perceptron(3, g[4], strain, strain_rate, load, contact,"
+  .. " activation, phase, t); say[0] = y[1]; a = y[0] + heard[1] + heard[5];",
+  reference = function(sees, _, g)
+    local strain = sees.strain
+    local y = control.perceptron(g, 4, 3, 2, { strain[1], strain[2], strain[3], sees.strain_rate,
+      sees.load, sees.contact, sees.activation, sees.phase, sees.t })
+    return y[1] + sees.heard(1, 2) + sees.heard(1, 6), { y[2] }
+  end }
+local GENES = {}
+for k = 1, 45 do GENES[k] = math.floor(1000 * math.sin(7 * k)) / 4096 end
+
+-- HOLES with these genes, and a scene with this controller.
+local THINKER = { materials = MATERIALS, voxels = HOLES.voxels, weights = HOLES.weights,
+  control = GENES }
+local function controlled(controller, fields)
+  local scene = land { control = { signal = controller.signal } }
+  scene.actuation = nil
+  for name, value in pairs(fields) do scene.control[name] = value end
+  return scene
+end
 
 -- The displacement of the centre of mass shows that a case does what its name states.
 local CASES = {
@@ -56,6 +88,14 @@ local CASES = {
     scene = limax.scenes.water { drag = { density = 800, current = { 0.3, 0, 0.1 } } } },
   { "a body is thrown into water at 100 m/s", HOLES, velocity = { 60, -50, 60 },
     scene = limax.scenes.water() },
+  { "a reflex walks", SLUG, scene = controlled(REFLEX, { rate = 50, frequency = 3 }),
+    signal = REFLEX.reference, moves = { 1e-3, 1 } },
+  { "a network holds its activations, which change slowly", THINKER, moves = { 1e-3, 1 },
+    scene = controlled(NETWORK, { rate = 100, hold = 1, change = 0.3 }), sharing = "sum",
+    signal = NETWORK.reference, integrator = "symplectic_euler" },
+  { "RK4 with a network", THINKER, integrator = "rk4", signal = NETWORK.reference,
+    scene = { gravity = true, damping = true,
+      control = { rate = 50, signal = NETWORK.signal } } },
   { "RK4 of a body that hangs in the wind", SLUG, integrator = "rk4", time_step = 5e-4,
     scene = limax.scenes.air { anchors = { from = { 0.15, -1, -1 }, to = { 0.25, 1, 1 } },
       wind = { velocity = { 5, 0, 0 }, drag = 0.2 } } },
@@ -85,7 +125,8 @@ for _, case in ipairs(CASES) do
       position = case.position, velocity = case.velocity }
     t:equal(done.status, "done")
     local context = done.context
-    local samples, masses = physics.run(robot:table(), context.scene, context.options)
+    local samples, masses = physics.run(robot:table(), context.scene, context.options,
+      case.signal)
     local places, velocities = done:trace("position"):table(), done:trace("velocity"):table()
     t:equal(#samples, #places)
     for k, sample in ipairs(samples) do

@@ -19,12 +19,16 @@ end
 local function share_of(material, weight)
   local amplitude = SIGN[material.kind] * (material.amplitude or 0) * weight.amplitude
   local phase = (material.phase or 0) * weight.phase
-  return { k = material.stiffness * max(weight.stiffness, material.stiffness_floor),
+  return { gain = single(amplitude), phase = single(phase),
+    k = material.stiffness * max(weight.stiffness, material.stiffness_floor),
     zeta = material.damping_ratio, a = amplitude * math.cos(phase),
     b = amplitude * math.sin(phase) }
 end
 
--- Adds a voxel's eight masses, 28 springs and six faces.
+-- What a spring adds up over its owners.
+local SUMS = { "k", "zeta", "a", "b" }
+
+-- Adds a voxel, its eight masses, 28 springs and six faces.
 local function add_voxel(made, at, material, share)
   local masses = {}
   for c = 0, 7 do
@@ -32,15 +36,17 @@ local function add_voxel(made, at, material, share)
     local mass = entry(made.masses, table.concat(site, " "), { site = site, n = 0, sum = 0 })
     mass.n, mass.sum, masses[c] = mass.n + 1, mass.sum + material.mass_per_site, mass
   end
+  local voxel = entry(made.voxels, table.concat(at, " "),
+    { at = at, corners = masses, gain = share.gain, phase = share.phase })
   for near = 0, 6 do
     for far = near + 1, 7 do
       local from, to = masses[near], masses[far]
       local d = minus(to.site, from.site)
       local name = table.concat(from.site, " ") .. " to " .. table.concat(to.site, " ")
       local spring = entry(made.springs, name,
-        { from = from, to = to, d = d, n = 0, k = 0, zeta = 0, a = 0, b = 0 })
-      spring.n = spring.n + 1
-      for field, value in pairs(share) do spring[field] = spring[field] + value end
+        { from = from, to = to, d = d, n = 0, k = 0, zeta = 0, a = 0, b = 0, owners = {} })
+      spring.n, spring.owners[spring.n + 1] = spring.n + 1, voxel
+      for _, field in ipairs(SUMS) do spring[field] = spring[field] + share[field] end
     end
   end
   for axis = 0, 2 do
@@ -72,9 +78,9 @@ local function average(made, edge, sharing)
   end
 end
 
---- The masses, springs and faces of a robot.
+--- The masses, springs, faces and voxels of a robot.
 function body.of(robot, sharing)
-  local made, material = { masses = {}, springs = {}, faces = {} }, {}
+  local made, material = { masses = {}, springs = {}, faces = {}, voxels = {} }, {}
   for _, one in ipairs(robot.materials.materials) do material[one.letter] = one end
   for k, layer in ipairs(robot.voxels) do
     for j, line in ipairs(layer) do
