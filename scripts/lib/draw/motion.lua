@@ -19,6 +19,8 @@ local LEAST_DISPLACEMENT = 0.05
 local CALM = 0.25
 -- m: anchors hold what is nearer to their box than this; see engine/physics/effects/anchors.h
 local HELD_WITHIN = 1e-6
+-- How much lighter a muscle is at an activation of 1, and darker at -1.
+local TINT = 0.35
 -- Hz: shows a gait; much more is memory for nothing
 local ENOUGH = 20
 
@@ -29,6 +31,7 @@ local ENOUGH = 20
 ---@field middle number[] their mean
 ---@field base number m, the height that counts as 0 in a panel
 ---@field block number[][] the block's corners, if any
+---@field tints number[]|nil of each face, as by motion.tints
 
 ---@class limax.motion.film
 ---@field poses limax.motion.pose[]
@@ -37,6 +40,7 @@ local ENOUGH = 20
 ---@field colors table<string, limax.color> by letter
 ---@field materials table[]
 ---@field used table<string, boolean> letters of the body
+---@field acts table<string, boolean> letters of muscles
 ---@field held table<integer, boolean> masses that anchors hold
 ---@field world limax.world
 ---@field stage limax.picture.stage the same, turned
@@ -111,10 +115,35 @@ function motion.body(robot)
   local sites, mass_at, used = context.simulation:sites(context.index):table(), {}, {}
   for m, site in ipairs(sites) do mass_at[site] = m end
   for letter in robot.body.letters:gmatch "[^%s.]" do used[letter] = true end
-  local materials = context.materials:table().materials
-  return { materials = materials, colors = palette.of(materials), used = used,
+  local materials, acts = context.materials:table().materials, {}
+  for _, material in ipairs(materials) do
+    acts[material.letter] = material.kind == "expanding" or material.kind == "contracting" or nil
+  end
+  return { materials = materials, colors = palette.of(materials), used = used, acts = acts,
     faces = skin.faces(robot.body.voxel, mass_at), held = held_of(robot, sites),
     world = world.of(context.scene), poses = {}, path = {} }
+end
+
+--- The activations of a robot whose positions are drawn; nil without a trace of them at the same
+--- rate.
+---@return limax.view|nil
+function motion.activations(robot)
+  local recorded = robot.context.simulation.record
+  return recorded.activation and recorded.activation == recorded.position
+    and robot:trace "activation" or nil
+end
+
+--- A factor on the brightness of each face: muscles are lighter or darker by their activation.
+---@param film limax.motion.film
+---@param activations limax.view|number[] of each voxel
+function motion.tints(film, voxel, activations)
+  local tints, wide, deep = {}, #voxel, #voxel[1]
+  for f, face in ipairs(film.faces) do
+    local x, y, z = unpack(face.voxel)
+    tints[f] = film.acts[face.letter]
+      and 1 + TINT * activations[x + wide * (y - 1 + deep * (z - 1))] or 1
+  end
+  return tints
 end
 
 --- Makes the film of a robot that motion.simulate has simulated.
@@ -122,7 +151,7 @@ end
 function motion.of(robot, times)
   local film, trace = motion.body(robot), robot:trace "position"
   local block = robot.context.scene.block
-  local trace_block = block and robot:trace "block"
+  local trace_block, activations = block and robot:trace "block", motion.activations(robot)
   film.stage = stage.new(film.world, axes_of(robot:displacement(),
     LEAST_DISPLACEMENT * robot:length(), film.world.up))
   -- with equal masses the middle of all is the centre of mass
@@ -134,6 +163,9 @@ function motion.of(robot, times)
       points = turned(trace[sample]:table(), film), block = {} }
     if block then
       pose.block = turned(block_picture.corners(trace_block[sample]:table(), block.size), film)
+    end
+    if activations then
+      pose.tints = motion.tints(film, robot.body.voxel, activations[sample])
     end
     pose.middle = mean_of(pose.points)
     pose.base = base_of(film, pose, trace.rate)
@@ -189,6 +221,7 @@ function motion.simulate(robot, options)
   -- the block of the scene that is drawn, which may not be the robot's own
   local scene = options.scene or described.scene or {}
   record.block = scene.block and record.position or nil
+  record.activation = scene.control and record.position or nil
   local walked = robot:simulate { record = record, device = options.device,
     progress = options.progress, scene = options.scene, trial = trial,
     duration = options.duration }

@@ -61,9 +61,15 @@ local function entries_of(film, width, size)
   if world.has_solids(film.world) then
     table.insert(entries, { square = world.hex, text = world.word })
   end
+  if film.world.target then
+    table.insert(entries, { square = world.target_hex, text = "target" })
+  end
   table.insert(entries, { line = scene.trail, width = 1.6, text = "centre of mass" })
   if next(film.held) then
     table.insert(entries, { line = scene.held, width = 2.4, text = "held" })
+  end
+  if film.poses[1].tints then
+    table.insert(entries, { text = "light muscles: activation above 0, dark: below" })
   end
   for _, line in ipairs(words ~= "" and canvases.wrapped(words, { size = size }, width) or {}) do
     table.insert(entries, { text = line })

@@ -63,10 +63,11 @@ function skin.brightness(normal) return 0.80 + 0.28 * polygon.dot(normal, light)
 ---@param colors table<string, limax.color> by letter
 ---@param sight number[] away from the viewer
 ---@param held? table<integer, boolean> masses that anchors hold: edges between two are "held"
-function skin.visible(faces, positions, colors, sight, held)
+---@param tints? number[] a factor on the brightness of each face
+function skin.visible(faces, positions, colors, sight, held, tints)
   held = held or {}
   local list = {}
-  for _, face in ipairs(faces) do
+  for f, face in ipairs(faces) do
     local p, edges = {}, {}
     for k, corner in ipairs(face.corners) do
       p[k] = positions[corner]
@@ -74,7 +75,7 @@ function skin.visible(faces, positions, colors, sight, held)
     end
     local normal = polygon.quad_normal(p)
     if polygon.dot(normal, sight) < 0 then
-      local brightness = skin.brightness(polygon.unit(normal))
+      local brightness = skin.brightness(polygon.unit(normal)) * (tints and tints[f] or 1)
       list[#list + 1] = { points = p, edges = edges,
         look = { fill = palette.shade(colors[face.letter].hex, brightness), ink = skin.ink } }
     end

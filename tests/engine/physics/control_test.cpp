@@ -49,8 +49,9 @@ void check_registers(const program& law) {
         } else if (step.what == operation::layer) {
             const scripted::layer& own = law.layers.at(std::size_t(step.a));
             for (const int input : own.inputs) CHECK(input < next);
-            CHECK(own.first + scripted::genes_of_layer(int(own.inputs.size()), own.hidden,
-                                                       own.outputs) <= law.genes);
+            CHECK(own.first +
+                      scripted::genes_of_layer(int(own.inputs.size()), own.hidden, own.outputs) <=
+                  law.genes);
         } else if (step.what != operation::of_layer) {
             for (const int operand : {step.a, step.b, step.c}) {
                 CHECK(operand >= 0);
@@ -103,7 +104,8 @@ TEST_CASE("control: other text is refused, with its line") {
         {"real y[1] = perceptron(0, g[0], t);", "at least one hidden unit"},
         {"real y[1] = perceptron(65, g[0], t);", "the number of hidden units is a whole number"},
         {"real y[1] = perceptron(1, t);", "the second value of a perceptron is its first gene"},
-        {"real y[1] = perceptron(1, g[2], t);", "the first gene of a perceptron is a multiple of 4"},
+        {"real y[1] = perceptron(1, g[2], t);",
+         "the first gene of a perceptron is a multiple of 4"},
         {"real y[1] = perceptron(1, g[0]);", "a perceptron has 1 to 64 inputs, not 0"},
         {"real y[1] = perceptron(1, g[0]" + repeated(22, ", strain") + ");", "not 66"},
         {"real y[1] = perceptron(64, g[0]" + repeated(21, ", strain") + ");",
@@ -129,9 +131,8 @@ TEST_CASE("control: other text is refused, with its line") {
     for (int i = 0; i < 9; ++i)
         layers += "real y" + std::to_string(i) + "[1] = perceptron(1, g[0], t);\n";
     CHECK_THROWS_WITH(compiled(layers), "signal, line 9: at most 8 perceptrons are possible");
-    CHECK_THROWS_WITH(
-        scripted::compile_controller("signal", "a = 0;", {{"heard", 1, {0, 0, 0}}}),
-        "signal: no parameter can be called 'heard': the name is taken");
+    CHECK_THROWS_WITH(scripted::compile_controller("signal", "a = 0;", {{"heard", 1, {0, 0, 0}}}),
+                      "signal: no parameter can be called 'heard': the name is taken");
 }
 
 TEST_CASE("control: a program states what it reads and needs") {
@@ -140,9 +141,9 @@ TEST_CASE("control: a program states what it reads and needs") {
         "real y[2] = perceptron(5, g[8], s, strain);");
     check_registers(law);
     const uint64_t one = 1;
-    CHECK(law.sensors == (one << sensors::contact | one << (sensors::gravity + 1) |
-                          one << sensors::strain | one << (sensors::strain + 1) |
-                          one << (sensors::strain + 2)));
+    CHECK(law.sensors ==
+          (one << sensors::contact | one << (sensors::gravity + 1) | one << sensors::strain |
+           one << (sensors::strain + 1) | one << (sensors::strain + 2)));
     // the perceptron reads all 16 states; heard[6] is of the second message
     CHECK(law.states == 16);
     CHECK(law.messages == 2);
@@ -184,12 +185,11 @@ TEST_CASE("control: a perceptron is a loop over its genes, states and messages a
 }
 
 TEST_CASE("control: any text gives a program or an error that names a line") {
-    const std::string pieces[] = {"a",   "s[0]",  "say[1]", "heard[7]", "g[3]",        "g",
-                                  "=",   "+=",    ";",      "(",        ")",           "[",
-                                  "]",   ",",     "+",      "-",        "*",           "1",
-                                  "4",   "k",     "strain", ".x",       "real y[2] =", "real",
-                                  "y",   "y[1]",  "\n",     "tanh(",    "perceptron(", "g[4],",
-                                  "s",   "clamp", "?",      ":",        "3.5",         "say"};
+    const std::string pieces[] = {
+        "a",     "s[0]",        "say[1]", "heard[7]", "g[3]",        "g",    "=", "+=",   ";",
+        "(",     ")",           "[",      "]",        ",",           "+",    "-", "*",    "1",
+        "4",     "k",           "strain", ".x",       "real y[2] =", "real", "y", "y[1]", "\n",
+        "tanh(", "perceptron(", "g[4],",  "s",        "clamp",       "?",    ":", "3.5",  "say"};
     const std::string begins[] = {"", "a = t", "real y[2] = perceptron(4, g[0], t", "s[1] ="};
     int programs = 0, errors = 0;
     uint64_t state = 1;

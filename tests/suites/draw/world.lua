@@ -75,6 +75,28 @@ suite:test("terrain has the engine's heights, and continues beyond its border", 
   t:equal(world.height(terrain, 100, -100), 2.25)
 end)
 
+suite:test("muscles are tinted by their activation, and the target is a ball", function(t)
+  local scene = limax.scenes.land { actuation = false, target = { position = { 0.15, -0.06, 0.1 } },
+    control = { signal = "a = place.x;", rate = 20 } }
+  local walked = walked_in(scene)
+  local film = motion.of(walked, { 0, 0.2 })
+  local before, after = film.poses[1].tints, film.poses[2].tints
+  for f, face in ipairs(film.faces) do
+    t:equal(before[f], 1)
+    -- three voxels along x at -2/3, 0, 2/3
+    t:near(after[f], face.letter:find "[ec]" and 1 + 0.35 * (face.voxel[1] - 2) * 2 / 3 or 1,
+      { rtol = 1e-6 })
+  end
+  local plain = colors_of(film, "side")
+  film.poses[1].tints = after
+  local tinted = colors_of(film, "side")
+  t:ok(pixels_of(plain, world.target_hex) > 10)
+  local differ = 0
+  for color, count in pairs(plain) do differ = differ + math.abs(count - (tinted[color] or 0)) end
+  t:ok(differ > 100, differ)
+  t:ok(sheet.film_strip(walked):find("target at (0.15, -0.06, 0.1) m", 1, true))
+end)
+
 suite:test("any world makes a picture", function(t)
   local scenes = {
     far = limax.scenes.land { boxes = { from = { 1e5, 1e5, 0 }, to = { 1e6, 1e6, 1e6 } } },

@@ -290,6 +290,24 @@ suite:test("the replay of a robot of 5x5x5 voxels takes less than 150 kB for 5 s
   for s = 0, data.samples - 1 do height = height + data.steps[s * data.masses * 3 + 3] end
   t:near(height * data.step, row[row:size()][1][3], { atol = data.step })
   t:ok(#replay.packed(walked) < 150e3)
+  t:equal(data.tints, nil)
+end)
+
+suite:test("a replay has the activations of a controller, and its target", function(t)
+  local scene = limax.scenes.land { actuation = false, target = true,
+    block = { position = { 1, 0, 0 } }, control = { signal = "a = 1;", rate = 20 } }
+  local data = replay.of(motion.simulate(limax.robot { voxels = "es" },
+    { scene = scene, duration = 0.2 }))
+  local faces = #data.materials
+  t:equal(#data.tints, data.samples * faces)
+  -- at the end the muscle's five faces are light; the passive voxel's and the block's are plain
+  local light = 0
+  for f = #data.tints - faces + 1, #data.tints do
+    light = light + (data.tints[f] == 135 and 1 or 0)
+    t:ok(data.tints[f] == 135 or data.tints[f] == 100)
+  end
+  t:equal(light, 5)
+  t:ok(data.world.target)
 end)
 
 -- ---- archives, fronts, islands ------------------------------------------------------------------

@@ -182,7 +182,8 @@ function scene.draw_solids(canvas, film, slab, view, place, thin, pose)
     end
     if piece.look.ruled and not opacity then draw_rules(canvas, piece, place) end
   end
-  local bodies = pose and skin.visible(film.faces, pose.points, film.colors, view.sight, film.held)
+  local bodies = pose and skin.visible(film.faces, pose.points, film.colors, view.sight, film.held,
+    pose.tints)
   for _, face in ipairs(bodies or {}) do faces[#faces + 1] = face end
   for _, piece in ipairs(order.sorted(items, faces, view.sight)) do paint(piece) end
   for _, veil in ipairs(veils) do paint(veil, VEIL) end

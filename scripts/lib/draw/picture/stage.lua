@@ -29,7 +29,7 @@ local UP = { 0, 0, 1 }
 ---@field ground limax.picture.space|nil
 ---@field planes limax.picture.space[]
 ---@field boxes limax.picture.space[][]
----@field spheres { center: number[], radius: number }[]
+---@field spheres { center: number[], radius: number, hex: string|nil }[] the target is one
 ---@field terrain table|nil
 ---@field flows limax.world.flow[]
 ---@field turn fun(point: number[]): number[]
@@ -74,6 +74,10 @@ function stage.new(around, axes)
   for k, box in ipairs(around.boxes) do self.boxes[k] = spaces_of(box.from, box.to, turn) end
   for k, sphere in ipairs(around.spheres) do
     self.spheres[k] = { center = turn(sphere.center), radius = sphere.radius }
+  end
+  if around.target then
+    table.insert(self.spheres, { center = turn(around.target), radius = world.target_radius,
+      hex = world.target_hex })
   end
   for k, flow in ipairs(around.flows) do
     self.flows[k] = { kind = flow.kind, velocity = turn(flow.velocity), speed = flow.speed }
@@ -156,8 +160,8 @@ local function add_sphere(items, sphere, within, context)
       if not context.sight or dot(normal, context.sight) < 0 then
         facets[#facets + 1] = polygon.within({ points = { corner(ring, sector),
           corner(ring + 1, sector), corner(ring + 1, sector + 1), corner(ring, sector + 1) },
-          edges = { false, false, false, false }, look = look_of(normal, world.hex, world.ink) },
-          within)
+          edges = { false, false, false, false },
+          look = look_of(normal, sphere.hex or world.hex, world.ink) }, within)
       end
     end
   end

@@ -16,6 +16,7 @@ local world = {}
 ---@field fluid boolean is there drag?
 ---@field air boolean is there wind, even of speed 0?
 ---@field flows limax.world.flow[] what moves: the wind, the fluid's current
+---@field target number[]|nil a place that controllers see
 ---@field anchored boolean is a part of the body held?
 ---@field forces string[] names of the script's own effects
 
@@ -26,6 +27,8 @@ local world = {}
 
 --- Colours of fixed things and of their edges, and their name in a legend. Cool, unlike bodies.
 world.hex, world.ink, world.word = "#b3bac3", "#727a83", "obstacle"
+--- Colour of the target, and the radius of the ball that marks it, m.
+world.target_hex, world.target_radius = "#2f9e44", 0.04
 --- Colours of floors and terrain, and of the lines on them.
 world.soil, world.furrow = "#efece6", "#c9c2b4"
 --- Colours of the lines across floors: every 0.1 m, and every 0.5 m.
@@ -68,6 +71,7 @@ function world.of(scene)
   return { up = up_of(scene), ground = scene.ground and scene.ground.height, planes = planes,
     boxes = scene.boxes or {}, spheres = scene.spheres or {}, terrain = scene.terrain,
     fluid = scene.drag ~= nil, air = scene.wind ~= nil, flows = flows,
+    target = scene.target and scene.target.position,
     anchored = scene.anchors ~= nil, forces = forces }
 end
 
@@ -130,6 +134,7 @@ function world.words(around)
   add(around.air and (flowing.wind or "still air"))
   add(around.fluid and (flowing.current or "a fluid"))
   add(around.anchored and "anchors")
+  add(around.target and ("target at (%.3g, %.3g, %.3g) m"):format(unpack(around.target)))
   for _, name in ipairs(around.forces) do add("force " .. name) end
   return table.concat(parts, ", ")
 end

@@ -17,6 +17,8 @@ local RATE = 25
 local STEP = 2e-4
 -- m of the world around the positions of the body, and what its ends are rounded to
 local BEYOND, ROUND = 1.5, 0.5
+-- m: a target farther from the start is not shown
+local TARGET_WITHIN = 10
 -- most patches of terrain along its longer side, and most lines across a floor in each direction
 local PATCHES, MOST_RULES = 32, 200
 
@@ -31,6 +33,7 @@ local PATCHES, MOST_RULES = 32, 200
 ---@field materials integer[] of each face, from 0 in `names`
 ---@field names string[]
 ---@field colors string[] "#rrggbb"
+---@field tints integer[]|nil brightness of each face in percent, [sample][face], by activation
 ---@field steps integer[] differences from sample to sample, [sample][mass][3]; the first sample's
 --- are from 0
 
@@ -40,6 +43,7 @@ local PATCHES, MOST_RULES = 32, 200
 ---@field parts { points: number[], edges: (boolean|string)[], fill: string|nil, ink: string,
 --- wall: boolean|nil }[]|nil polygons, and lines between two points; walls are transparent
 ---@field obstacle string|nil colour of obstacles, if there are any
+---@field target string|nil colour of the target, if there is one
 
 -- Samples as lists of three numbers for each mass that is drawn.
 local function samples_of(trace, masses, stride)
@@ -96,6 +100,11 @@ local function world_of(around, samples)
   for _, values in ipairs(samples) do
     for c = 1, #values, 3 do take { values[c], values[c + 1], values[c + 2] } end
   end
+  local target, start = around.target, samples[1]
+  if target and (target[1] - start[1]) ^ 2 + (target[2] - start[2]) ^ 2
+    + (target[3] - start[3]) ^ 2 < TARGET_WITHIN ^ 2 then
+    take(target)
+  end
   local slab, parts = { low = {}, high = {}, patches = PATCHES }, {}
   for c = 1, 3 do
     slab.low[c] = math.floor((low[c] - BEYOND) / ROUND) * ROUND
@@ -113,7 +122,8 @@ local function world_of(around, samples)
   end
   return { up = around.up, ground = turned.ground ~= nil,
     parts = #parts > 0 and parts or nil,
-    obstacle = world.has_solids(around) and world.hex or nil }
+    obstacle = world.has_solids(around) and world.hex or nil,
+    target = target and world.target_hex }
 end
 
 -- Adds the corners of the scene's block to every sample, and its sides.
@@ -151,6 +161,20 @@ local function add_faces(result, body)
   return masses
 end
 
+-- The brightness of every face at every sample, in percent.
+local function tints_of(result, walked, body, stride)
+  local activations, list = motion.activations(walked), {}
+  if not activations then return nil end
+  for s = 1, activations:size(), stride do
+    local tints = motion.tints(body, walked.body.voxel, activations[s])
+    -- those of a block follow
+    for f = 1, #result.materials do
+      list[#list + 1] = math.floor(100 * (tints[f] or 1) + 0.5)
+    end
+  end
+  return list
+end
+
 --- The replay of a robot that motion.simulate has simulated.
 function replay.of(walked)
   local trace, body, block = walked:trace "position", motion.body(walked),
@@ -164,6 +188,7 @@ function replay.of(walked)
   result.rate, result.samples, result.body = trace.rate / stride, #samples, #masses
   result.world = world_of(body.world, samples)
   if block then add_block(result, samples, walked:trace "block", stride, block.size) end
+  result.tints = tints_of(result, walked, body, stride)
   result.masses, result.steps = #samples[1] / 3, steps_of(samples)
   return result
 end

@@ -29,6 +29,7 @@
     for (const { replay } of views) {
       replay.materials.forEach((k) => names.set(replay.names[k], replay.colors[k]));
       if (replay.world.obstacle) names.set("obstacle", replay.world.obstacle);
+      if (replay.world.target) names.set("target", replay.world.target);
     }
     for (const [name, hex] of names) {
       const word = document.createElement("span");
@@ -92,6 +93,7 @@
       return [...color, ...color, ...color, ...color];
     }));
     view.shape = shape.attributes.position.array;
+    if (view.replay.tints) view.plain = shape.attributes.color.array.slice();
     const triangles = [];
     const edges = [];
     for (let a = 0; a < faces * 4; a += 4) {
@@ -154,6 +156,18 @@
     view.controls.addEventListener("change", () => { view.dirty = true; });
   }
 
+  // Muscles are lighter or darker by their activation.
+  function tint({ replay: { tints, materials }, plain, mesh }, from, to, share) {
+    const color = mesh.geometry.attributes.color;
+    const faces = materials.length;
+    for (let f = 0; f < faces; ++f) {
+      const before = tints[from * faces + f];
+      const factor = (before + (tints[to * faces + f] - before) * share) / 100;
+      for (let k = f * 12; k < f * 12 + 12; ++k) color.array[k] = plain[k] * factor;
+    }
+    color.needsUpdate = true;
+  }
+
   // The shape at the time of the clock, straight between two samples.
   function pose(view) {
     const { replay, path, shape } = view;
@@ -167,6 +181,7 @@
         shape[k * 3 + c % 3] = p[from + c] + (p[to + c] - p[from + c]) * (at - first);
       }
     });
+    if (view.plain) tint(view, first, Math.min(first + 1, replay.samples - 1), at - first);
     view.mesh.geometry.attributes.position.needsUpdate = true;
     view.mesh.geometry.computeVertexNormals();
     view.trail.geometry.setDrawRange(0, first + 1);
