@@ -24,6 +24,23 @@ function device_cases.hollow(lattice)
   return bodies.population(materials, lattice, 3, { hollow = true })
 end
 
+-- The same bodies with genes for the controller below.
+local function thinking(lattice)
+  local population = engine.population { lattice = lattice, count = 3, encoding = engine.encoding
+    { lattice = lattice, network = "none", genes = 0, control_genes = 102 } }
+  local hollow = device_cases.hollow(lattice)
+  for i = 1, 3 do
+    population:set_body(i, hollow:voxels(i):table(), nil, materials)
+    for k = 1, 102 do population:control_view(i)[k] = 0.3 * math.sin(40 * i + k) end
+  end
+  population:check(materials, { require_muscle = false })
+  return population
+end
+local SIGNAL = "real y[3] = perceptron(3, g[0], strain, load, contact, gravity, velocity, spin,"
+  .. " target, target_distance, ahead, activation, place, phase, clock_cosine, s[0]);"
+  .. " s[0] = 0.9 * s[0] + 0.1 * y[1]; say[0] = tanh(y[2]);"
+  .. " a = soft(y[0]) + 0.1 * heard[0] - 0.1 * heard[3] - 0.01 * strain_rate;"
+
 -- One body of soft tissue of these letters, x fastest.
 local function shaped(letters)
   return function(lattice)
@@ -85,6 +102,12 @@ device_cases.list = {
           { normal = { 0, 1, 0 }, offset = -0.1 } },
         boxes = { from = { 0.2, -1, -1 }, to = { 0.6, 2, 0.01 } } }
     end },
+  { name = "a body with a controller", lattices = { { 1, 1, 1 }, { 4, 3, 2 }, { 10, 9, 8 }, FLAT },
+    options = { velocity = { 0.5, 0.3, -0.1 }, duration = 0.03 }, make = thinking,
+    scene = function()
+      return with { actuation = false, target = true,
+        control = { rate = 200, noise = 0.05, delay = 0.005, signal = SIGNAL } }
+    end },
   { name = "a swimming body", lattices = { { 1, 1, 1 }, { 4, 3, 2 }, { 5, 5, 5 }, { 12, 3, 9 } },
     options = { velocity = { 1.5, -0.5, 0.3 }, duration = 0.05 }, scene = function()
       return { damping = true, actuation = { frequency = 5 },
@@ -113,7 +136,7 @@ function device_cases.begin(case, population, how, device)
     evolution.with({ time_step = 1e-4, settle = 0.01, precision = how.precision,
       integrator = how.integrator or "leapfrog", record = { center_of_mass = 100, position = 50,
         velocity = 50, energy = 100, strain = 100, contact = scene.ground and 100,
-        block = scene.block and 200 } }, case.options), device)
+        block = scene.block and 200, activation = scene.control and 200 } }, case.options), device)
   if case.place then case.place(simulation) end
   return simulation
 end
