@@ -53,7 +53,8 @@ end)
 
 suite:test("effects: each one, all but each, and all", function(t)
   local rows = bench(t, { "effects", "--device", "cpu", "--seconds", "0.01" })
-  t:equal(#rows, 2 + 2 * (#engine.effects() - 1))
+  -- springs are in all, control is in none but its own
+  t:equal(#rows, 3 + 2 * (#engine.effects() - 2))
   t:near(rows[1].relative_to_springs, 1)
   t:equal(rows[#rows].effects, "all")
   t:near(rows[#rows].relative_to_all, 1)

@@ -21,6 +21,9 @@ local TABLE = { { "effects" },
   { "of all", "relative_to_all", "%.2f" }, { "of springs", "relative_to_springs", "%.2f" },
   { "instructions" }, { "registers" }, { "spilled" }, { "kernel", "origin" } }
 
+-- A controller takes the place of actuation, which is in "all".
+local CONTROL = { signal = "a = clock_sine;" }
+
 -- Named scenes: springs only first, then each effect with those that it needs, all but each effect
 -- and those that need it, and all.
 local function scenes()
@@ -28,7 +31,7 @@ local function scenes()
   for _, info in ipairs(engine.effects()) do
     infos[info.name] = info
     -- every scene has springs
-    if info.name ~= "springs" then names[#names + 1] = info.name end
+    if info.name ~= "springs" and info.name ~= "control" then names[#names + 1] = info.name end
   end
   local function with_needs(name, scene)
     scene[name] = true
@@ -43,7 +46,8 @@ local function scenes()
     end
     return table.concat(list, ", ")
   end
-  local all, list = {}, { { name = "none but springs", scene = {} } }
+  local all, list = {}, { { name = "none but springs", scene = {} },
+    { name = "control", scene = { control = CONTROL } } }
   for _, name in ipairs(names) do
     local scene = with_needs(name, {})
     list[#list + 1] = { name = text_of(function(each) return scene[each] end), scene = scene }
