@@ -18,6 +18,10 @@ local NOT_SMOOTH = { rk4 = "integrates smooth scenes only" }
 local CASES = {
   springs = { scene = { damping = false, actuation = { frequency = 12, ramp = 0 } } },
   damping = {}, actuation = { scene = { actuation = { frequency = 20, ramp = 1 } } },
+  -- without sensors, so that the rounding of rest lengths is the same with every step
+  control = { scene = { actuation = false,
+    control = { rate = 200, signal = "a = sin(300 * t + phase);" } } },
+  target = { scene = { target = true } },
   gravity = { scene = { gravity = { acceleration = { 1, 2, -30 } } } },
   wind = { scene = { wind = { velocity = { 5, -3, 2 }, drag = 1 } } },
   drag = { scene = { drag = { density = 100 } }, velocity = { 2, 1, 1 }, refused = NOT_SMOOTH },
