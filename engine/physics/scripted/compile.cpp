@@ -391,17 +391,12 @@ std::vector<int16_t> reader::layer_of(int outputs) {
                            layer_alignment, made.first));
     while (take(",")) {
         const auto array = now_.kind == token::word ? arrays_.find(now_.text) : arrays_.end();
-        if (array == arrays_.end()) {
+        if (array == arrays_.end() || before('[')) {
             add_inputs(expression(), made.inputs);
-            continue;
-        }
-        // a whole array, or an element with what follows it
-        const token name = now_;
-        advance();
-        if (at("["))
-            made.inputs.push_back(element(name.text).x);
-        else
+        } else {
             made.inputs.insert(made.inputs.end(), array->second.begin(), array->second.end());
+            advance();
+        }
     }
     need(")");
     const int inputs = int(made.inputs.size());
@@ -568,6 +563,11 @@ value reader::primary() {
 }
 
 value reader::call(const std::string& name) {
+    if (controls() && name == "perceptron")
+        refuse_read("a perceptron gives an array: real y[2] = perceptron(...);");
+    for (const built_in_array& each : built_in_arrays)
+        if (controls() && name == each.name)
+            refuse_read(format("'%s' is an array: %s[0]", each.name, each.name));
     need("(");
     std::vector<value> arguments;
     do arguments.push_back(expression());

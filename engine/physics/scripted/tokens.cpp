@@ -46,6 +46,11 @@ void token_reader::refuse_missing(const char* sign) const {
     refuse_read(format("expected '%s', got %s", sign, here().c_str()));
 }
 
+bool token_reader::before(char sign) const {
+    const std::size_t next = text_.find_first_not_of(" \t\r\n", next_);
+    return next != std::string::npos && text_[next] == sign;
+}
+
 void token_reader::advance() {
     line_read_ = now_.line;
     // blanks and comments

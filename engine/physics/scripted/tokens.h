@@ -35,6 +35,8 @@ protected:
     }
 
     void advance();
+    // Whether the token after this one begins with a sign.
+    bool before(char sign) const;
     bool at(const char* sign) const { return now_.kind == token::sign && now_.text == sign; }
     bool take(const char* sign) {
         if (!at(sign)) return false;

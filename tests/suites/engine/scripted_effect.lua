@@ -140,7 +140,7 @@ local REFUSED = {
   { "f = \195\164;", "byte 195" },
   { "f = " .. ("("):rep(1000) .. "x" .. (")"):rep(1000) .. ";", "levels" },
   { "f = x" .. (" + x"):rep(1000) .. ";", "more than 2000" },
-  { "f = x;" .. (" "):rep(20000), "bytes long" },
+  { "f = x;" .. (" "):rep(70000), "bytes long" },
 }
 
 suite:test("other text is refused, with its line", function(t)

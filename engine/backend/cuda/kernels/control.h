@@ -294,8 +294,8 @@ __device__ inline bool tick_voxel(const launch_arguments& launch, const robot_re
                 constexpr int place =
                     count_bits(control_sensors & ((uint64_t(1) << i.value) - 1));
                 const auto slot = [&](int64_t tick) -> real& {
-                    return column(layout.past() + int(tick % layout.slots) * layout.measured +
-                                  place);
+                    constexpr int slots = layout.slots > 0 ? layout.slots : 1;
+                    return column(layout.past() + int(tick % slots) * layout.measured + place);
                 };
                 slot(number) = value;
                 const int64_t seen = number - (layout.slots - 1);

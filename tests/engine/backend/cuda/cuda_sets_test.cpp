@@ -179,7 +179,6 @@ TEST_CASE("all effects together, some several times, compile on both paths") {
                 simulation_setup setup = setup_of(every_effect, precision, integrator, grid);
                 for (const char* more : {"planes", "spheres", "boxes", "boxes"})
                     setup.scene.add(more);
-                setup.scene.set_controller("a = clock_sine - strain.x + ahead.y + g[0];", {});
                 const kernel_set set = asking_machine().step_of(setup);
                 CHECK(set.entry == (grid.nx == 5 ? "step" : "grid"));
                 CHECK(uint64_t(std::stoull(set.defines.at("LIMAX_INSTANCES"))) ==
