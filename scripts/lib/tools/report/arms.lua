@@ -23,6 +23,9 @@ local QUESTION = { fitness = true, lattice = true, materials = true, scene = tru
 local OF_TIER = { accuracy = true, integrator = true, precision = true, time_step = true,
   bound = true, bound_fraction = true, time_step_most = true }
 
+-- of `scene` everything except what moves the muscles, which is part of the answer
+local DRIVES = { actuation = true, control = true }
+
 --- Supervisors that repeat another run, which differs between repetitions of one arm.
 arms.REPEATS = { yoked = true, shuffled = true, constant_median = true, replay = true }
 
@@ -52,6 +55,10 @@ local function fields_of(run)
     if name == "simulation" then
       for field, entry in pairs(value) do
         flat.add(entry, "simulation." .. field, OF_TIER[field] and own or shared, shown)
+      end
+    elseif name == "scene" then
+      for effect, entry in pairs(value) do
+        flat.add(entry, "scene." .. effect, DRIVES[effect] and own or shared, shown)
       end
     elseif not ASIDE[name] then
       flat.add(value, name, QUESTION[name] and shared or own, shown)
