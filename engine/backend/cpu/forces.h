@@ -15,13 +15,6 @@
 
 namespace limax::cpu {
 
-// What contacts push a mass with, N, and whether any touches it.
-template <class S>
-struct static_push {
-    S push;
-    bool touches;
-};
-
 // S and `compensated` as in robot_columns. What it is made from must outlive it.
 template <class S, bool compensated>
 class robot_forces {
@@ -173,9 +166,9 @@ public:
     }
 
     // The pushes of all contacts on the masses as they are, without damping, [site].
-    void static_pushes(std::vector<static_push<S>>& out) const {
+    void static_pushes(std::vector<S>& out) const {
         const auto& position = columns_.masses.position;
-        for (static_push<S>& each : out) each = {S(0), false};
+        std::fill(out.begin(), out.end(), S(0));
         for (const active_effect& active : active_)
             effects::for_each([&]<class E>(E) {
                 if constexpr (effects::is_contact<E>) {
@@ -187,9 +180,7 @@ public:
                         const S depth = E::surface(params, {position[0][site], position[1][site],
                                                             position[2][site]})
                                             .depth;
-                        if (!(depth > S(0))) continue;
-                        out[std::size_t(site)].push += params.stiffness * depth;
-                        out[std::size_t(site)].touches = true;
+                        if (depth > S(0)) out[std::size_t(site)] += params.stiffness * depth;
                     }
                 }
             });

@@ -6,6 +6,7 @@
 #include "body/springs.h"
 #include "genome/network.h"
 #include "physics/effects/all.h"
+#include "physics/drive.h"
 #include "physics/scripted/program.h"
 
 namespace limax::cpu {
@@ -120,6 +121,19 @@ struct controller_law {
     const float* genes;
     S* registers;  // [register][scripted_block]
 };
+// Voxels whose corners are sensed.
+template <class S>
+struct voxel_senses {
+    int count;
+    const int64_t* lowest;  // site of the lowest corner, [count]
+    int64_t corner[8];      // from there to the others
+    S edge;                 // m
+    const S* per_weight;    // as in sensors::sense_voxel(), [count]
+    const S* push;          // of contacts, without their damping, N, [site]; null if none is read
+    S* registers;           // inputs of the controller
+};
+template <class S>
+using sense_pass = void (*)(const mass_arrays<S>&, const voxel_senses<S>&);
 template <class S>
 using controller_pass = void (*)(const controller_law<S>&, int voxels);
 template <class S>
@@ -169,6 +183,7 @@ struct step_passes {
     face_pass<S> face[effects::all::count];  // null where the effect has no such hook
     scripted_pass<S> scripted;
     controller_pass<S> controller;
+    sense_pass<S> sense;
     kick_pass<S> kick[2];            // [compensated]
     drift_pass<S> drift[2][2];       // [compensated][predicted]
     stage_pass<S> stage[2][2];       // [compensated][first]

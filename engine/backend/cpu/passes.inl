@@ -137,33 +137,63 @@ void scripted_force(const mass_arrays<R>& shared, const scripted_law<R>& law) {
     }
 }
 
-// One hidden unit of a layer after the other, for a block of voxels.
+// A layer for a block of voxels: for as many as fit a few vectors, one hidden unit after the other.
+// What lies beyond `count` is computed in vain.
 template <class R>
-void evaluate_layer(const scripted::layer& own, const float* genes, int count, R* registers,
+void evaluate_layer(const scripted::layer& own, const float* genes, int count, const R* registers,
                     R* result) {
     const int inputs = int(own.inputs.size()), outputs = own.outputs;
-    const float* const c = genes + own.first + own.hidden * scripted::row_of_layer(inputs, outputs);
+    const int row = scripted::row_of_layer(inputs, outputs);
+    const float* const weights = genes + own.first;
+    const float* const c = weights + own.hidden * row;
     const float* const b = c + own.hidden;
-    R z[scripted_block];
-    for (int o = 0; o < outputs; ++o)
-        for (int i = 0; i < count; ++i) result[o * scripted_block + i] = R(b[o]);
-    for (int unit = 0; unit < own.hidden; ++unit) {
-        const float* const row = genes + own.first + unit * scripted::row_of_layer(inputs, outputs);
-        for (int i = 0; i < count; ++i) z[i] = R(c[unit]);
-        for (int k = 0; k < inputs; ++k) {
-            const R weight = R(row[k]);
-            const R* in = registers + int64_t(own.inputs[std::size_t(k)]) * scripted_block;
-            LIMAX_LOOP
-            for (int i = 0; i < count; ++i) z[i] = fma(weight, in[i], z[i]);
-        }
-        LIMAX_LOOP
-        for (int i = 0; i < count; ++i) z[i] = tangent_of_controller(z[i]);
+    for (int first = 0; first < count; first += site_block) {
         for (int o = 0; o < outputs; ++o) {
-            const R weight = R(row[inputs + o]);
-            R* out = result + o * scripted_block;
             LIMAX_LOOP
-            for (int i = 0; i < count; ++i) out[i] = fma(weight, z[i], out[i]);
+            for (int i = 0; i < site_block; ++i)
+                result[o * scripted_block + first + i] = R(b[o]);
         }
+        for (int unit = 0; unit < own.hidden; ++unit) {
+            R z[site_block];
+            LIMAX_LOOP
+            for (int i = 0; i < site_block; ++i) z[i] = R(c[unit]);
+            for (int k = 0; k < inputs; ++k) {
+                const R weight = R(weights[unit * row + k]);
+                const R* in =
+                    registers + int64_t(own.inputs[std::size_t(k)]) * scripted_block + first;
+                LIMAX_LOOP
+                for (int i = 0; i < site_block; ++i) z[i] = fma(weight, in[i], z[i]);
+            }
+            LIMAX_LOOP
+            for (int i = 0; i < site_block; ++i) z[i] = tangent_of_controller(z[i]);
+            for (int o = 0; o < outputs; ++o) {
+                const R weight = R(weights[unit * row + inputs + o]);
+                R* out = result + o * scripted_block + first;
+                LIMAX_LOOP
+                for (int i = 0; i < site_block; ++i) out[i] = fma(weight, z[i], out[i]);
+            }
+        }
+    }
+}
+
+// What voxels sense at their corners, as inputs of a controller.
+template <class R>
+void sense(const mass_arrays<R>& shared, const voxel_senses<R>& of) {
+    const mass_arrays<R> robot = shared;
+    for (int i = 0; i < of.count; ++i) {
+        R in[sensors::gravity];
+        sensors::sense_voxel<R>(
+            of.edge, of.per_weight[i],
+            [&](int c) {
+                const int64_t site = of.lowest[i] + of.corner[c];
+                return sensors::corner<R>{
+                    {robot.position[0][site], robot.position[1][site], robot.position[2][site]},
+                    {robot.predicted[0][site], robot.predicted[1][site], robot.predicted[2][site]},
+                    of.push ? of.push[site] : R(0),
+                    of.push && of.push[site] > R(0)};
+            },
+            in);
+        for (int k = 0; k < sensors::gravity; ++k) of.registers[k * scripted_block + i] = in[k];
     }
 }
 
@@ -342,6 +372,7 @@ constexpr step_passes<R> make_passes() {
     });
     passes.scripted = scripted_force<R>;
     passes.controller = controller<R>;
+    passes.sense = sense<R>;
     passes.kick[0] = kick<R, false>;
     passes.kick[1] = kick<R, true>;
     passes.drift[0][0] = drift<R, false, false>;

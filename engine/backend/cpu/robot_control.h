@@ -38,12 +38,19 @@ public:
         const uint8_t* const materials = setup.voxels.data() + robot * voxels_;
         const float* const weights = setup.weights.data() + 3 * robot * voxels_;
         muscles_.resize(std::size_t(voxels_));
+        lowest_.resize(std::size_t(voxels_));
+        beside_.resize(std::size_t(voxels_ * sensors::neighbours));
         for (int64_t v = 0; v < voxels_; ++v) {
             if (materials[v] == 0) continue;
             used_.push_back(int32_t(v));
             const lattice& grid = body.grid;
             const int64_t lowest = grid.site(int(v % grid.nx), int(v / grid.nx % grid.ny),
                                              int(v / (int64_t(grid.nx) * grid.ny)));
+            lowest_[std::size_t(v)] = lowest;
+            for (int side = 0; side < sensors::neighbours; ++side)
+                beside_[std::size_t(v * sensors::neighbours + side)] =
+                    sensors::neighbour(grid, int(v % grid.nx), int(v / grid.nx % grid.ny),
+                                       int(v / (int64_t(grid.nx) * grid.ny)), side);
             muscles_[std::size_t(v)] =
                 muscle_of(law_of(setup.materials[materials[v]]), weights, voxels_, v, [&](int c) {
                     return body.mass[lowest + grid.site(c & 1, c >> 1 & 1, c >> 2)];
@@ -200,63 +207,69 @@ private:
         for (int i = 0; i < sensors::measured - sensors::gravity; ++i) whole_[i] = S(out[i]);
     }
 
+    bool used(int number) const { return law_.sensors >> number & 1; }
+
     void fill_inputs(const int32_t* voxels, int count) {
         const lattice& grid = body_.grid;
-        const double time = double(tick_) / values_[control::at_rate];
         S sine, cosine;
         sine_cosine(uint64_t(tick_) * clock_.per_step, sine, cosine);
-        for (int i = 0; i < count; ++i) {
-            const int64_t v = voxels[i];
-            const int at[3] = {int(v % grid.nx), int(v / grid.nx % grid.ny),
-                               int(v / (int64_t(grid.nx) * grid.ny))};
-            const auto set = [&](int number, S value) { input(number)[i] = value; };
-            S in[sensors::measured];
-            if (reads_corners()) sense_corners(v, grid.site(at[0], at[1], at[2]), in);
-            std::copy_n(whole_, sensors::measured - sensors::gravity, in + sensors::gravity);
+        if (reads_corners()) sense_corners(voxels, count);
+        for (int number = sensors::gravity; number < sensors::measured; ++number)
+            if (used(number))
+                std::fill_n(input(number), count, whole_[number - sensors::gravity]);
+        if (values_[control::at_noise] > 0 || delay_ > 0)
             for (int number = 0; number < sensors::measured; ++number)
-                if (law_.sensors >> number & 1) set(number, measured(number, v, in[number]));
-            set(sensors::activation, activation_[now_][v]);
-            const int size[3] = {grid.nx, grid.ny, grid.nz};
-            for (int axis = 0; axis < 3; ++axis)
-                set(sensors::place + axis, sensors::place_along<S>(at[axis], size[axis]));
-            set(sensors::phase, S(muscles_[std::size_t(v)].phase));
-            set(sensors::clock_sine, sine);
-            set(sensors::clock_cosine, cosine);
-            set(sensors::time, S(time));
-            for (int k = 0; k < law_.states; ++k)
-                set(sensors::first_state + k, states_[k * voxels_ + v]);
+                for (int i = 0; used(number) && i < count; ++i)
+                    input(number)[i] = measured(number, voxels[i], input(number)[i]);
+        // calls value(voxel) for an input that is read
+        const auto each = [&](int number, const auto& value) {
+            for (int i = 0; used(number) && i < count; ++i) input(number)[i] = value(voxels[i]);
+        };
+        each(sensors::activation, [&](int64_t v) { return activation_[now_][v]; });
+        each(sensors::place, [&](int64_t v) { return sensors::place_along<S>(int(v % grid.nx), grid.nx); });
+        each(sensors::place + 1, [&](int64_t v) {
+            return sensors::place_along<S>(int(v / grid.nx % grid.ny), grid.ny);
+        });
+        each(sensors::place + 2, [&](int64_t v) {
+            return sensors::place_along<S>(int(v / (int64_t(grid.nx) * grid.ny)), grid.nz);
+        });
+        each(sensors::phase, [&](int64_t v) { return S(muscles_[std::size_t(v)].phase); });
+        each(sensors::clock_sine, [&](int64_t) { return sine; });
+        each(sensors::clock_cosine, [&](int64_t) { return cosine; });
+        each(sensors::time, [&](int64_t) { return S(double(tick_) / values_[control::at_rate]); });
+        for (int k = 0; k < law_.states; ++k)
+            for (int i = 0; i < count; ++i)
+                input(sensors::first_state + k)[i] = states_[k * voxels_ + voxels[i]];
+        for (int i = 0; law_.messages > 0 && i < count; ++i) {
+            const int64_t* const beside = beside_.data() + sensors::neighbours * voxels[i];
             for (int k = 0; k < law_.messages; ++k)
-                for (int side = 0; side < sensors::neighbours; ++side) {
-                    const int64_t other = sensors::neighbour(grid, at[0], at[1], at[2], side);
-                    set(sensors::first_heard + k * sensors::neighbours + side,
-                        other < 0 ? S(0) : said_[now_][k * voxels_ + other]);
-                }
-            if (!seen_.empty())
-                for (int number = 0; number < sensors::count; ++number)
-                    seen_[number * voxels_ + v] = double(input(number)[i]);
+                for (int side = 0; side < sensors::neighbours; ++side)
+                    input(sensors::first_heard + k * sensors::neighbours + side)[i] =
+                        beside[side] < 0 ? S(0) : said_[now_][k * voxels_ + beside[side]];
         }
+        if (!seen_.empty())
+            for (int number = 0; number < sensors::count; ++number)
+                for (int i = 0; used(number) && i < count; ++i)
+                    seen_[number * voxels_ + voxels[i]] = double(input(number)[i]);
     }
 
-    void sense_corners(int64_t voxel, int64_t lowest, S in[]) const {
-        const mass_arrays<S>& masses = columns_.masses;
-        sensors::sense_voxel<S>(
-            S(body_.rest[0]), S(muscles_[std::size_t(voxel)].inverse_mass) * per_gravity_,
-            [&](int c) {
-                const int64_t site =
-                    lowest + body_.grid.site(c & 1, c >> 1 & 1, c >> 2);
-                sensors::corner<S> corner{
-                    {masses.position[0][site], masses.position[1][site], masses.position[2][site]},
-                    {masses.predicted[0][site], masses.predicted[1][site],
-                     masses.predicted[2][site]},
-                    S(0),
-                    false};
-                if (!pushes_.empty()) {
-                    corner.push = pushes_[site].push;
-                    corner.touches = pushes_[site].touches;
-                }
-                return corner;
-            },
-            in);
+    void sense_corners(const int32_t* voxels, int count) {
+        const lattice& grid = body_.grid;
+        voxel_senses<S> of{};
+        int64_t lowest[scripted_block];
+        S per_weight[scripted_block];
+        for (int i = 0; i < count; ++i) {
+            lowest[i] = lowest_[std::size_t(voxels[i])];
+            per_weight[i] = S(muscles_[std::size_t(voxels[i])].inverse_mass) * per_gravity_;
+        }
+        for (int c = 0; c < 8; ++c) of.corner[c] = grid.site(c & 1, c >> 1 & 1, c >> 2);
+        of.count = count;
+        of.lowest = lowest;
+        of.edge = S(body_.rest[0]);
+        of.per_weight = per_weight;
+        of.push = pushes_.empty() ? nullptr : pushes_.data();
+        of.registers = registers_.data();
+        passes_.sense(columns_.masses, of);
     }
 
     // A measured value with its noise, as it was `delay_` ticks ago; before the first tick, then.
@@ -310,6 +323,8 @@ private:
     const effects::actuation::clock clock_;  // of the ticks
     std::vector<int32_t> used_;         // voxels that are not empty
     std::vector<muscle> muscles_;       // [voxel]
+    std::vector<int64_t> lowest_;       // site of each voxel's lowest corner
+    std::vector<int64_t> beside_;       // [voxel][side], -1 outside of the lattice
     S per_gravity_ = 0;                 // s^2/m
     array<float> scale_;                // as a spring's, [direction][count]
     // [voxel]; of two halves one is of the last tick, the other of the next
@@ -317,7 +332,7 @@ private:
     std::vector<S> states_;               // [state][voxel]
     std::vector<S> past_;                 // [slot][input][voxel]
     std::vector<double> seen_;            // [input][voxel]
-    std::vector<static_push<S>> pushes_;  // [site]
+    std::vector<S> pushes_;               // of contacts, N, [site]
     S whole_[sensors::measured - sensors::gravity] = {};
     std::vector<S> registers_;
     int64_t tick_ = 0;  // number of the last
