@@ -164,10 +164,10 @@ LIMAX_LAW float hyperbolic_tangent(float x) {
 // a compiler from interleaving several of them.
 LIMAX_LAW float quotient(float a, float d) {
     float inverse = bits_as<float>(0x7ef311c3u - bits_as<uint32_t>(d));  // within 12 %
-    for (int i = 0; i < 2; ++i) {
-        const float error = fma(-d, inverse, 1.0f);
-        inverse = fma(fma(error, error, error), inverse, inverse);
-    }
+    float error = fma(-d, inverse, 1.0f);
+    inverse = fma(fma(error, error, error), inverse, inverse);
+    error = fma(-d, inverse, 1.0f);
+    inverse = fma(fma(error, error, error), inverse, inverse);
     const float q = a * inverse;
     return fma(fma(-d, q, a), inverse, q);
 }

@@ -147,30 +147,33 @@ void evaluate_layer(const scripted::layer& own, const float* genes, int count, c
     const float* const weights = genes + own.first;
     const float* const c = weights + own.hidden * row;
     const float* const b = c + own.hidden;
+    using V = lanes<R>;
+    constexpr int vectors = site_block / V::count;
     for (int first = 0; first < count; first += site_block) {
-        for (int o = 0; o < outputs; ++o) {
-            LIMAX_LOOP
-            for (int i = 0; i < site_block; ++i)
-                result[o * scripted_block + first + i] = R(b[o]);
-        }
+        R* const out = result + first;
+        for (int o = 0; o < outputs; ++o)
+            for (int v = 0; v < vectors; ++v)
+                store(out + o * scripted_block + v * V::count, V(double(b[o])));
         for (int unit = 0; unit < own.hidden; ++unit) {
-            R z[site_block];
-            LIMAX_LOOP
-            for (int i = 0; i < site_block; ++i) z[i] = R(c[unit]);
+            V sum[vectors];
+            for (V& each : sum) each = V(double(c[unit]));
             for (int k = 0; k < inputs; ++k) {
-                const R weight = R(weights[unit * row + k]);
+                const V weight(double(weights[unit * row + k]));
                 const R* in =
                     registers + int64_t(own.inputs[std::size_t(k)]) * scripted_block + first;
-                LIMAX_LOOP
-                for (int i = 0; i < site_block; ++i) z[i] = fma(weight, in[i], z[i]);
+                for (int v = 0; v < vectors; ++v)
+                    sum[v] = fma(weight, load<R>(in + v * V::count), sum[v]);
             }
+            R z[site_block];
+            for (int v = 0; v < vectors; ++v) store(z + v * V::count, sum[v]);
             LIMAX_LOOP
             for (int i = 0; i < site_block; ++i) z[i] = tangent_of_controller(z[i]);
             for (int o = 0; o < outputs; ++o) {
-                const R weight = R(weights[unit * row + inputs + o]);
-                R* out = result + o * scripted_block + first;
-                LIMAX_LOOP
-                for (int i = 0; i < site_block; ++i) out[i] = fma(weight, z[i], out[i]);
+                const V weight(double(weights[unit * row + inputs + o]));
+                for (int v = 0; v < vectors; ++v) {
+                    R* const at = out + o * scripted_block + v * V::count;
+                    store(at, fma(weight, load<R>(z + v * V::count), load<R>(at)));
+                }
             }
         }
     }
