@@ -118,6 +118,10 @@ public:
         const int along_x = grid.nx + 3, along_y = grid.ny + 3, along_z = grid.nz + 3;
         for (std::vector<S>* half : {&drive_[0], &drive_[1]})
             half->assign(std::size_t(along_x) * along_y * along_z, S(0));
+        if (padded_.empty())
+            for_each_site(grid, [&](int x, int y, int z) {
+                padded_.push_back(x + along_x * (y + along_y * z));
+            });
         const auto padded_at = [&](int x, int y, int z) {
             return x + 1 + along_x * (y + 1 + along_y * (z + 1));
         };
@@ -177,33 +181,51 @@ private:
                 for (int x = d.x > 0 ? 0 : -1; x <= (d.x < 0 ? -1 : 0); ++x)
                     owners[count++] = x + 1 + near[0] +
                                       along_x * (y + 1 + near[1] + along_y * (z + 1 + near[2]));
-        const S rest = sizeof(S) == sizeof(float) ? springs.rest[spring.direction] : S(0);
         const int64_t slot =
             spring.direction * body.count + grid.site(near[0], near[1], near[2]);
-        const int64_t end = body.count - grid.site(near[0], near[1], near[2]);
-        int64_t cell = 0;
-        for (int z = 0; z <= grid.nz; ++z)
-            for (int y = 0; y <= grid.ny; ++y)
-                for (int x = 0; x <= grid.nx && cell < end; ++x, ++cell) {
-                    const int at = x + along_x * (y + along_y * z);
-                    S before = 0, after = 0;
-                    for (int k = 0; k < count; ++k) {
-                        before += drive_[0][std::size_t(at + owners[k])];
-                        after += drive_[1][std::size_t(at + owners[k])];
-                    }
-                    const drive_change<S> change =
-                        change_of(S(scale[slot + cell]), before, after, share);
-                    const int64_t row =
-                        cell / site_block * springs.cell_rows * site_block + cell % site_block;
-                    at_tick[row] = float(rest + change.at_tick);
-                    per_step[row] = float(change.per_step);
-                }
+        const int64_t end =
+            std::min(grid.sites(), body.count - grid.site(near[0], near[1], near[2]));
+        const class_drive drive{
+            sizeof(S) == sizeof(float) ? springs.rest[spring.direction] : S(0), share,
+            scale + slot, owners, end, at_tick, per_step};
+        if (count == 4)
+            follow_cells<4>(drive);
+        else if (count == 2)
+            follow_cells<2>(drive);
+        else
+            follow_cells<1>(drive);
+    }
+    struct class_drive {
+        S rest, share;
+        const float* scale;
+        const int* owners;
+        int64_t end;
+        float *at_tick, *per_step;
+    };
+    template <int owners>
+    void follow_cells(const class_drive& of) const {
+        const S *const from = drive_[0].data(), *const to = drive_[1].data();
+        for (int64_t cell = 0; cell < of.end; ++cell) {
+            const int32_t at = padded_[std::size_t(cell)];
+            S before = 0, after = 0;
+            for (int k = 0; k < owners; ++k) {
+                before += from[at + of.owners[k]];
+                after += to[at + of.owners[k]];
+            }
+            const drive_change<S> change =
+                change_of(S(of.scale[cell]), before, after, of.share);
+            const int64_t row = cell / site_block * springs.cell_rows * site_block +
+                                cell % site_block;
+            of.at_tick[row] = float(of.rest + change.at_tick);
+            of.per_step[row] = float(change.per_step);
+        }
     }
 
     array<S> memory_;  // all columns of masses that are not the thread's
     S* inverse_mass_;  // within it
     array<float> cells_;
-    std::vector<S> drive_[2];  // of follow_drive
+    std::vector<S> drive_[2];      // of follow_drive
+    std::vector<int32_t> padded_;  // where its sums begin for each cell
 };
 
 }  // namespace limax::cpu

@@ -108,6 +108,7 @@ private:
     value element(const std::string& name);
     std::vector<int16_t> layer_of(int outputs);
     void add_inputs_of_controller();
+    void check_arrays();
     void add_inputs(value v, std::vector<int16_t>& to);
     value expression() { return choice(); }
     value choice();
@@ -132,6 +133,8 @@ private:
     std::map<std::string, std::vector<int16_t>> arrays_;  // of numbers, by their registers
     std::set<std::string> fixed_;  // names that no statement may change
     std::set<std::string> own_words_;
+    // of the states and messages of a controller, by index: whether the text sets and reads them
+    bool set_[2][most_states] = {}, read_[2][most_states] = {};
 };
 
 // While reading, constants are numbered below 0 and results from the last input on.
@@ -217,6 +220,7 @@ program reader::read() {
         if (at < 0) return int16_t(program_.inputs - 1 - at);
         return int16_t(at < program_.inputs ? at : at + int(program_.constants.size()));
     };
+    check_arrays();
     // inputs that are read
     const auto used = [&](int at) {
         if (at >= 0 && at < program_.inputs) {
@@ -272,6 +276,10 @@ void reader::statement() {
         if (controls() && !as_vector && take("[")) return declare_array(name);
     } else if (const built_in_array* array = writable_array(name)) {
         return set_element(*array);
+    } else if (controls() && name == genes_array.name) {
+        refuse_read("genes are inputs and cannot be changed");
+    } else if (name == "if" || name == "for" || name == "while") {
+        refuse_read(format("there is no '%s'; a choice is  condition ? b : c", name.c_str()));
     } else if (!names_.count(name)) {
         refuse_read(
             format("unknown name '%s'; a new one begins with 'real' or 'vec'", name.c_str()));
@@ -332,6 +340,7 @@ void reader::set_element(const built_in_array& array) {
     need("[");
     const int index = index_below(array.size, format("an index of %s", array.name));
     need("]");
+    set_[array.name != states_array.name][index] = true;
     int& count = array.name == states_array.name ? program_.states : program_.messages;
     count = std::max(count, index + 1);
     const bool adds = at("+=");
@@ -363,10 +372,33 @@ value reader::element(const std::string& name) {
         result.x = emit(operation::gene, int16_t(index));
     } else {
         const std::vector<int16_t>& held = arrays_.at(name);
-        result.x = held[std::size_t(index_below(int(held.size()), "an index of " + name))];
+        const int index = index_below(int(held.size()), "an index of " + name);
+        if (name == states_array.name) read_[0][index] = true;
+        if (name == heard_array.name) read_[1][index / sensors::neighbours] = true;
+        result.x = held[std::size_t(index)];
     }
     need("]");
     return result;
+}
+
+// Refuses states and messages that are read and never set, and genes of two perceptrons.
+void reader::check_arrays() {
+    for (int i = 0; i < most_states; ++i) {
+        if (read_[0][i] && !set_[0][i])
+            refuse(format("s[%d] is read and never set, so it is always 0", i));
+        if (read_[1][i] && !set_[1][i])
+            refuse(format("heard[%d] to heard[%d] are message %d, and the text never sets say[%d]",
+                          i * sensors::neighbours, (i + 1) * sensors::neighbours - 1, i, i));
+    }
+    const auto end_of = [](const layer& each) {
+        return each.first + genes_of_layer(int(each.inputs.size()), each.hidden, each.outputs);
+    };
+    for (const layer& a : program_.layers)
+        for (const layer& b : program_.layers)
+            if (&a < &b && a.first < end_of(b) && b.first < end_of(a))
+                refuse(format("two perceptrons have genes in common: those from g[%d] end before "
+                              "g[%d], those from g[%d] before g[%d]",
+                              a.first, end_of(a), b.first, end_of(b)));
 }
 
 void reader::add_inputs(value v, std::vector<int16_t>& to) {
