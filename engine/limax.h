@@ -420,8 +420,8 @@ typedef enum limax_trace_kind {
     LIMAX_TRACE_STRAIN = 5, /* [sample][2]: mean and largest |r - L0| / L0 over the springs */
     /* of a scene with control, 0 where a voxel of the lattice is empty: */
     LIMAX_TRACE_ACTIVATION = 6, /* [sample][voxel], -1 to 1 */
-    LIMAX_TRACE_SENSOR = 7,     /* [sample][input][voxel] of the inputs that the controller reads, as
-                                 * it read them at the last tick: limax_scene_input() */
+    LIMAX_TRACE_SENSOR = 7, /* [sample][input][voxel] of the inputs that the controller reads, as
+                             * it read them at the last tick: limax_scene_input() */
     /* [sample][9], J, a block included: kinetic energy, that of springs, of contacts, and
      * gravitational energy; work since t = 0 of the muscles, of damping, of contacts' damping, of
      * friction, and of everything else, positive into the body; CPU only */
@@ -435,10 +435,11 @@ typedef struct limax_simulation_options {
     int32_t integrator; /* limax_integrator */
     int32_t precision;  /* limax_precision */
     int32_t sharing;    /* limax_sharing */
-    int32_t record[10]; /* samples per second of each limax_trace_kind, 0 for none, at most 100000 */
-    int32_t bound;     /* limax_bound; used when time_step is 0 */
-    double duration;   /* s from t = 0, when actuation starts, to the end; up to 1e6 */
-    double settle;     /* s before t = 0, without actuation */
+    int32_t
+        record[10];  /* samples per second of each limax_trace_kind, 0 for none, at most 100000 */
+    int32_t bound;   /* limax_bound; used when time_step is 0 */
+    double duration; /* s from t = 0, when actuation starts, to the end; up to 1e6 */
+    double settle;   /* s before t = 0, without actuation */
     /* s; 0 takes bound_fraction of each body's own bound, but no more than keeps every mass from
      * moving more than a tenth of an edge in a step at its largest initial or drop speed */
     double time_step;
@@ -465,7 +466,7 @@ typedef enum limax_robot_status {
 typedef enum limax_divergence {
     LIMAX_NOT_DIVERGED = 0,
     LIMAX_NONFINITE = 1,
-    LIMAX_SPEED = 2,  /* a mass above max_speed */
+    LIMAX_SPEED = 2,   /* a mass above max_speed */
     LIMAX_STRETCH = 3, /* a spring longer than max_stretch times L0 */
     LIMAX_CONTROL = 4  /* the controller gave a value that is not finite */
 } limax_divergence;

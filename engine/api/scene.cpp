@@ -142,8 +142,12 @@ limax_status limax_sensor_describe(int32_t sensor, limax_sensor_info* out) {
         require("out", out);
         limax::require_range("sensor", sensor, 0, limax::sensors::sensor_count - 1, "");
         const limax::sensors::sensor& each = limax::sensors::list[sensor];
-        *out = {each.name,       each.unit, each.note,
-                each.components, each.from != limax::sensors::source::computed, each.range};
+        *out = {each.name,
+                each.unit,
+                each.note,
+                each.components,
+                each.from != limax::sensors::source::computed,
+                each.range};
     });
 }
 limax_status limax_scene_input(const limax_scene* scene, int32_t input, int32_t* sensor,

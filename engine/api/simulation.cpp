@@ -133,7 +133,7 @@ limax::simulation_setup limax::api::make_setup(const limax::population& populati
         for (int32_t kind = 0; setup.mask[i] && kind < LIMAX_TRACE_KINDS; ++kind)
             traces += double(plan.samples[kind]) *
                       double(limax::trace_width(kind, setup.bodies[i].masses, setup.grid.voxels(),
-                                                 scene)) *
+                                                scene)) *
                       sizeof(double);
     limax::require_memory("record: the traces of this population", traces);
     return setup;

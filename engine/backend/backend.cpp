@@ -141,8 +141,8 @@ void check_options(const limax_simulation_options& options, const scene& scene) 
         check("velocity", options.velocity[axis], format("velocity %s", axes[axis]).c_str());
     }
     static const char* const kinds[LIMAX_TRACE_KINDS] = {
-        "center_of_mass", "position", "velocity", "contact", "energy", "strain",
-        "activation", "sensor", "ledger", "block"};
+        "center_of_mass", "position",   "velocity", "contact", "energy",
+        "strain",         "activation", "sensor",   "ledger",  "block"};
     for (int kind = 0; kind < LIMAX_TRACE_KINDS; ++kind)
         check("record", options.record[kind], format("record.%s", kinds[kind]).c_str());
     if (options.record[LIMAX_TRACE_CONTACT] && !(scene.mask() & effects::contact_bits))
@@ -183,8 +183,9 @@ uint64_t simulation_setup::noise_seed(int32_t robot) const {
     const double* values = scene.values(effects::index_of<effects::control>);
     uint64_t hash = bodies[std::size_t(robot)].hash + uint64_t(values[effects::control::at_seed]);
     for (int32_t g = 0; g < scene.controller().genes; ++g)  // FNV-1a
-        hash = (hash ^ bits_as<uint32_t>(control[std::size_t(int64_t(robot) * control_genes + g)])) *
-               1099511628211u;
+        hash =
+            (hash ^ bits_as<uint32_t>(control[std::size_t(int64_t(robot) * control_genes + g)])) *
+            1099511628211u;
     return hash;
 }
 

@@ -33,7 +33,7 @@ struct simulation_setup {
     std::vector<limax_body> bodies;  // [robot]
     std::vector<float> control;      // genes of control, [robot][control_genes]
     int32_t control_genes = 0;
-    std::vector<uint8_t> mask;       // robots to simulate, [robot]
+    std::vector<uint8_t> mask;  // robots to simulate, [robot]
 
     // Largest relative change of rest length of a muscle.
     double amplitude() const {

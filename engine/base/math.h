@@ -160,8 +160,8 @@ LIMAX_LAW float hyperbolic_tangent(float x) {
     return bits_as<float>(bits_as<uint32_t>(e / (e + 2.0f)) | sign);
 }
 
-// a / d for d from 2 to 2^30, at most 1 ulp off. A division in the kernels has a branch, which keeps
-// a compiler from interleaving several of them.
+// a / d for d from 2 to 2^30, at most 1 ulp off. A division in the kernels has a branch, which
+// keeps a compiler from interleaving several of them.
 LIMAX_LAW float quotient(float a, float d) {
     float inverse = bits_as<float>(0x7ef311c3u - bits_as<uint32_t>(d));  // within 12 %
     float error = fma(-d, inverse, 1.0f);

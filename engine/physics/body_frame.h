@@ -16,11 +16,11 @@ using dvector = effects::vector<double>;
 enum sum : int {
     sum_x = 0,
     sum_v = 3,
-    sum_xx = 6,    // xx, xy, xz, yy, yz, zz
-    sum_xv = 12,   // x cross v
-    sum_xX = 15,   // [axis of x][axis of X]
+    sum_xx = 6,   // xx, xy, xz, yy, yz, zz
+    sum_xv = 12,  // x cross v
+    sum_xX = 15,  // [axis of x][axis of X]
     sum_X = 24,
-    sum_XX = 27,   // as sum_xx
+    sum_XX = 27,  // as sum_xx
     body_sums = 33
 };
 
@@ -28,7 +28,7 @@ LIMAX_LAW double component(const dvector& a, int axis) {
     return axis == 0 ? a.x : axis == 1 ? a.y : a.z;
 }
 LIMAX_LAW double symmetric_product(const dvector& a, int number) {
-    return number < 3 ? a.x * component(a, number)
+    return number < 3   ? a.x * component(a, number)
            : number < 5 ? a.y * component(a, number - 2)
                         : a.z * a.z;
 }
@@ -109,26 +109,23 @@ LIMAX_LAW body_frame frame_of(const int64_t sums[body_sums]) {
         about[i] = s[sum_xx + i] - symmetric_product(c, i);
     }
     const double trace = about[0] + about[3] + about[5];
-    for (int i = 0; i < 6; ++i)
-        inertia[i] = (i == 0 || i == 3 || i == 5 ? trace : 0.0) - about[i];
+    for (int i = 0; i < 6; ++i) inertia[i] = (i == 0 || i == 3 || i == 5 ? trace : 0.0) - about[i];
     const dvector carried = cross(c, v);
     const dvector momentum{s[sum_xv] - carried.x, s[sum_xv + 1] - carried.y,
                            s[sum_xv + 2] - carried.z};
     // rows of F: F S = A
     dvector row[3];
     for (int i = 0; i < 3; ++i)
-        row[i] = solve(symmetric(spread),
-                       {s[sum_xX + 3 * i] - component(c, i) * C.x,
-                        s[sum_xX + 3 * i + 1] - component(c, i) * C.y,
-                        s[sum_xX + 3 * i + 2] - component(c, i) * C.z});
+        row[i] = solve(symmetric(spread), {s[sum_xX + 3 * i] - component(c, i) * C.x,
+                                           s[sum_xX + 3 * i + 1] - component(c, i) * C.y,
+                                           s[sum_xX + 3 * i + 2] - component(c, i) * C.z});
     body_frame frame;
     frame.center = c;
     frame.velocity = v;
     frame.spin = solve(symmetric(inertia), momentum);
     frame.axis[0] = unit_of({row[0].x, row[1].x, row[2].x}, {1, 0, 0});
     const dvector second{row[0].y, row[1].y, row[2].y};
-    frame.axis[1] =
-        unit_of(plus(second, -inner(frame.axis[0], second), frame.axis[0]), {0, 1, 0});
+    frame.axis[1] = unit_of(plus(second, -inner(frame.axis[0], second), frame.axis[0]), {0, 1, 0});
     frame.axis[2] = cross(frame.axis[0], frame.axis[1]);
     return frame;
 }
@@ -158,8 +155,7 @@ LIMAX_LAW void sense_body(const body_frame& frame, const surroundings& around, d
     put(spin, frame.into(frame.spin), scale<spin, double>);
     const dvector way = around.has_target ? plus(around.target, -1.0, frame.center) : none;
     put(target, frame.into(unit_of(way, none)), scale<target, double>);
-    out[target_distance - gravity] =
-        square_root(inner(way, way)) * scale<target_distance, double>;
+    out[target_distance - gravity] = square_root(inner(way, way)) * scale<target_distance, double>;
     put(block, around.has_block ? frame.into(plus(around.block, -1.0, frame.center)) : none,
         scale<block, double>);
     put(block_velocity, around.has_block ? frame.into(around.block_velocity) : none,

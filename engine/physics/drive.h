@@ -9,8 +9,8 @@
 namespace limax {
 
 // A voxel as its controller finds it: the muscle's gain, s amplitude weight, which is the relative
-// change of rest length at an activation of 1; its phase, rad; and one over the mass of the corners,
-// 1/kg.
+// change of rest length at an activation of 1; its phase, rad; and one over the mass of the
+// corners, 1/kg.
 struct muscle {
     float gain, phase, inverse_mass;
 };

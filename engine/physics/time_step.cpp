@@ -165,8 +165,8 @@ schedule make_schedule(const limax_simulation_options& options, const scene& sce
         wanted = std::min({wanted, accuracy_cap(options, scene, grid), base});
         if (ticks && controller[control::at_hold] == 0) {
             // of space diagonals
-            const double fastest = std::sqrt(3.0) * amplitude * controller[control::at_change] *
-                                   double(ticks);
+            const double fastest =
+                std::sqrt(3.0) * amplitude * controller[control::at_change] * double(ticks);
             wanted = std::min(wanted, coarse_share / fastest);
         }
     }
@@ -213,8 +213,7 @@ int64_t trace_width(int32_t kind, int64_t masses, int64_t voxels, const scene& s
         case LIMAX_TRACE_LEDGER: return ledger_width;
         case LIMAX_TRACE_BLOCK: return 7;
         case LIMAX_TRACE_ACTIVATION: return voxels;
-        case LIMAX_TRACE_SENSOR:
-            return voxels * sensors::count_bits(scene.controller().sensors);
+        case LIMAX_TRACE_SENSOR: return voxels * sensors::count_bits(scene.controller().sensors);
         default: return 2;
     }
 }

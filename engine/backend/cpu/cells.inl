@@ -75,9 +75,9 @@ LIMAX_LAW void pull_cells(const spring_arrays<R>& robot, const corner_offsets& c
             if constexpr (driven != no_drive) {
                 spring.sine = row(sine_row(damped) + owners);
                 spring.cosine = row(cosine_row(damped) + owners);
-                spring.rest = driven == sine_drive ? actuation::rest(moment, spring)
-                                                   : control::rest_in<sizeof(R) == sizeof(float)>(
-                                                         moment, spring);
+                spring.rest = driven == sine_drive
+                                  ? actuation::rest(moment, spring)
+                                  : control::rest_in<sizeof(R) == sizeof(float)>(moment, spring);
             }
         }
         const auto& from = position[near];

@@ -179,15 +179,18 @@ private:
         for (int z = d.z > 0 ? 0 : -1; z <= 0; ++z)
             for (int y = d.y > 0 ? 0 : -1; y <= (d.y < 0 ? -1 : 0); ++y)
                 for (int x = d.x > 0 ? 0 : -1; x <= (d.x < 0 ? -1 : 0); ++x)
-                    owners[count++] = x + 1 + near[0] +
-                                      along_x * (y + 1 + near[1] + along_y * (z + 1 + near[2]));
-        const int64_t slot =
-            spring.direction * body.count + grid.site(near[0], near[1], near[2]);
+                    owners[count++] =
+                        x + 1 + near[0] + along_x * (y + 1 + near[1] + along_y * (z + 1 + near[2]));
+        const int64_t slot = spring.direction * body.count + grid.site(near[0], near[1], near[2]);
         const int64_t end =
             std::min(grid.sites(), body.count - grid.site(near[0], near[1], near[2]));
-        const class_drive drive{
-            sizeof(S) == sizeof(float) ? springs.rest[spring.direction] : S(0), share,
-            scale + slot, owners, end, at_tick, per_step};
+        const class_drive drive{sizeof(S) == sizeof(float) ? springs.rest[spring.direction] : S(0),
+                                share,
+                                scale + slot,
+                                owners,
+                                end,
+                                at_tick,
+                                per_step};
         if (count == 4)
             follow_cells<4>(drive);
         else if (count == 2)
@@ -212,10 +215,9 @@ private:
                 before += from[at + of.owners[k]];
                 after += to[at + of.owners[k]];
             }
-            const drive_change<S> change =
-                change_of(S(of.scale[cell]), before, after, of.share);
-            const int64_t row = cell / site_block * springs.cell_rows * site_block +
-                                cell % site_block;
+            const drive_change<S> change = change_of(S(of.scale[cell]), before, after, of.share);
+            const int64_t row =
+                cell / site_block * springs.cell_rows * site_block + cell % site_block;
             of.at_tick[row] = float(of.rest + change.at_tick);
             of.per_step[row] = float(change.per_step);
         }

@@ -5,8 +5,8 @@
 
 #include "body/springs.h"
 #include "genome/network.h"
-#include "physics/effects/all.h"
 #include "physics/drive.h"
+#include "physics/effects/all.h"
 #include "physics/scripted/program.h"
 
 namespace limax::cpu {

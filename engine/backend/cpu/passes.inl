@@ -101,7 +101,8 @@ void scripted_force(const mass_arrays<R>& shared, const scripted_law<R>& law) {
     const mass_arrays<R> robot = shared;
     const auto at = [&](int index) { return law.registers + int64_t(index) * scripted_block; };
     for (int k = 0; k < law.constant_count; ++k)
-        for (int i = 0; i < scripted_block; ++i) at(scripted::force_inputs + k)[i] = R(law.constants[k]);
+        for (int i = 0; i < scripted_block; ++i)
+            at(scripted::force_inputs + k)[i] = R(law.constants[k]);
     for (int i = 0; i < scripted_block; ++i) at(scripted::input_time)[i] = R(law.time);
     for (int64_t first = 0; first < robot.count; first += scripted_block) {
         const int count =

@@ -175,7 +175,7 @@ public:
         solid::write_state(block_, inertia_, origin, between, out);
     }
     const quaternion& points() const { return block_.points; }
-    const vector& place() const { return block_.place; }                 // of its centre
+    const vector& place() const { return block_.place; }                  // of its centre
     const vector& read_velocity() const { return block_.read.velocity; }  // that forces read
     vector velocity(bool between) const { return solid::velocity(block_, between); }
     vector turning(bool between) const { return solid::turning(block_, inertia_, between); }

@@ -25,9 +25,8 @@ schedule planned(const simulation_setup& setup, const spring_body& body, limax_o
     outcome.time_step_bound =
         time_step_bound(body, setup.scene, limax_integrator(setup.options.integrator),
                         limax_bound(setup.options.bound));
-    const schedule plan =
-        make_schedule(setup.options, setup.scene, setup.grid, outcome.time_step_bound,
-                      setup.amplitude());
+    const schedule plan = make_schedule(setup.options, setup.scene, setup.grid,
+                                        outcome.time_step_bound, setup.amplitude());
     if (std::isinf(outcome.time_step_bound)) outcome.time_step_bound = NAN;
     outcome.status = LIMAX_ROBOT_RUNNING;
     outcome.steps = plan.steps;

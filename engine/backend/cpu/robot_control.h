@@ -51,10 +51,9 @@ public:
                 beside_[std::size_t(v * sensors::neighbours + side)] =
                     sensors::neighbour(grid, int(v % grid.nx), int(v / grid.nx % grid.ny),
                                        int(v / (int64_t(grid.nx) * grid.ny)), side);
-            muscles_[std::size_t(v)] =
-                muscle_of(law_of(setup.materials[materials[v]]), weights, voxels_, v, [&](int c) {
-                    return body.mass[lowest + grid.site(c & 1, c >> 1 & 1, c >> 2)];
-                });
+            muscles_[std::size_t(v)] = muscle_of(
+                law_of(setup.materials[materials[v]]), weights, voxels_, v,
+                [&](int c) { return body.mass[lowest + grid.site(c & 1, c >> 1 & 1, c >> 2)]; });
         }
         if (setup.scene.has(effects::index_of<effects::gravity>)) {
             const double* g = setup.scene.values(effects::index_of<effects::gravity>);
@@ -167,9 +166,7 @@ private:
         return sensors::reads(law_.sensors, sensors::strain, sensors::gravity);
     }
     // As in change_of().
-    S share_of_step() const {
-        return values_[control::at_hold] != 0 ? S(0) : S(1) / S(plan_.tick);
-    }
+    S share_of_step() const { return values_[control::at_hold] != 0 ? S(0) : S(1) / S(plan_.tick); }
     S* input(int number) { return registers_.data() + int64_t(number) * scripted_block; }
 
     // Sensors of the body and the scene, the same for all voxels.
@@ -215,8 +212,7 @@ private:
         sine_cosine(uint64_t(tick_) * clock_.per_step, sine, cosine);
         if (reads_corners()) sense_corners(voxels, count);
         for (int number = sensors::gravity; number < sensors::measured; ++number)
-            if (used(number))
-                std::fill_n(input(number), count, whole_[number - sensors::gravity]);
+            if (used(number)) std::fill_n(input(number), count, whole_[number - sensors::gravity]);
         if (values_[control::at_noise] > 0 || delay_ > 0)
             for (int number = 0; number < sensors::measured; ++number)
                 for (int i = 0; used(number) && i < count; ++i)
@@ -226,7 +222,8 @@ private:
             for (int i = 0; used(number) && i < count; ++i) input(number)[i] = value(voxels[i]);
         };
         each(sensors::activation, [&](int64_t v) { return activation_[now_][v]; });
-        each(sensors::place, [&](int64_t v) { return sensors::place_along<S>(int(v % grid.nx), grid.nx); });
+        each(sensors::place,
+             [&](int64_t v) { return sensors::place_along<S>(int(v % grid.nx), grid.nx); });
         each(sensors::place + 1, [&](int64_t v) {
             return sensors::place_along<S>(int(v / grid.nx % grid.ny), grid.ny);
         });
@@ -275,10 +272,10 @@ private:
     // A measured value with its noise, as it was `delay_` ticks ago; before the first tick, then.
     S measured(int number, int64_t voxel, S value) {
         if (values_[control::at_noise] > 0)
-            value = fma(S(values_[control::at_noise]),
-                        S(sensors::noise(seed_, uint32_t(tick_), uint32_t(voxel),
-                                         uint32_t(number))),
-                        value);
+            value =
+                fma(S(values_[control::at_noise]),
+                    S(sensors::noise(seed_, uint32_t(tick_), uint32_t(voxel), uint32_t(number))),
+                    value);
         if (delay_ == 0) return value;
         const int64_t slots = delay_ + 1;
         const auto slot = [&](int64_t tick) -> S& {
@@ -318,21 +315,21 @@ private:
     robot_forces<S, compensated>& forces_;
     const int64_t voxels_;
     const float* const genes_;
-    const uint64_t seed_;  // of the noise
-    const int delay_;      // ticks
+    const uint64_t seed_;                    // of the noise
+    const int delay_;                        // ticks
     const effects::actuation::clock clock_;  // of the ticks
-    std::vector<int32_t> used_;         // voxels that are not empty
-    std::vector<muscle> muscles_;       // [voxel]
-    std::vector<int64_t> lowest_;       // site of each voxel's lowest corner
-    std::vector<int64_t> beside_;       // [voxel][side], -1 outside of the lattice
-    S per_gravity_ = 0;                 // s^2/m
-    array<float> scale_;                // as a spring's, [direction][count]
+    std::vector<int32_t> used_;              // voxels that are not empty
+    std::vector<muscle> muscles_;            // [voxel]
+    std::vector<int64_t> lowest_;            // site of each voxel's lowest corner
+    std::vector<int64_t> beside_;            // [voxel][side], -1 outside of the lattice
+    S per_gravity_ = 0;                      // s^2/m
+    array<float> scale_;                     // as a spring's, [direction][count]
     // [voxel]; of two halves one is of the last tick, the other of the next
     std::vector<S> activation_[2], drive_[2], said_[2];
-    std::vector<S> states_;               // [state][voxel]
-    std::vector<S> past_;                 // [slot][input][voxel]
-    std::vector<double> seen_;            // [input][voxel]
-    std::vector<S> pushes_;               // of contacts, N, [site]
+    std::vector<S> states_;     // [state][voxel]
+    std::vector<S> past_;       // [slot][input][voxel]
+    std::vector<double> seen_;  // [input][voxel]
+    std::vector<S> pushes_;     // of contacts, N, [site]
     S whole_[sensors::measured - sensors::gravity] = {};
     std::vector<S> registers_;
     int64_t tick_ = 0;  // number of the last

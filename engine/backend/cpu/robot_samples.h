@@ -42,11 +42,10 @@ public:
         const mass_arrays<S>& masses = state_.columns.masses;
         powers now;
         double ahead = 0;
-        add_spring_powers(state_.body, state_.setup.scene,
-                          moving_masses<S>{masses.position, masses.predicted, masses.predicted,
-                                           state_.origin},
-                          state_.forces.muscles_around(ticks_ * (step - plan_.settle_steps), ticks_),
-                          now, ahead);
+        add_spring_powers(
+            state_.body, state_.setup.scene,
+            moving_masses<S>{masses.position, masses.predicted, masses.predicted, state_.origin},
+            state_.forces.muscles_around(ticks_ * (step - plan_.settle_steps), ticks_), now, ahead);
         ended_power_ = now.of[work_muscles];
         tick_ = step;
     }
@@ -142,10 +141,9 @@ private:
     // body.
     energies energy_now(int64_t step, const velocities& velocity) const {
         const int64_t tick = ticks_ * (step - plan_.settle_steps);
-        return measure_energy<S>(state_.body, state_.setup.scene, state_.columns.masses.position,
-                                 velocity.data(), state_.origin,
-                                 state_.forces.measured_moment(tick),
-                                 state_.forces.moment_rate(tick));
+        return measure_energy<S>(
+            state_.body, state_.setup.scene, state_.columns.masses.position, velocity.data(),
+            state_.origin, state_.forces.measured_moment(tick), state_.forces.moment_rate(tick));
     }
 
     void record_energy(int64_t step, double* out) {

@@ -18,13 +18,34 @@ struct control {
     enum { at_rate, at_frequency, at_hold, at_change, at_noise, at_delay, at_seed };
     static constexpr field fields[] = {
         {"rate", "Hz", "of the ticks, whole", 1, 1.0, 10000.0, {20.0, 0, 0}},
-        {"frequency", "Hz", "of the sensors clock_sine and clock_cosine", 1, 0.0, 1000.0,
+        {"frequency",
+         "Hz",
+         "of the sensors clock_sine and clock_cosine",
+         1,
+         0.0,
+         1000.0,
          {2.0, 0, 0}},
-        {"hold", "1", "1: an activation is reached at its own tick, at once", 1, 0.0, 1.0, {0, 0, 0}},
-        {"change", "1", "largest change of an activation per tick", 1, 0.001, 2.0, {2.0, 0, 0}},
-        {"noise", "1", "of measured sensors: uniform, as a share of the range", 1, 0.0, 1.0,
+        {"hold",
+         "1",
+         "1: an activation is reached at its own tick, at once",
+         1,
+         0.0,
+         1.0,
          {0, 0, 0}},
-        {"delay", "s", "of measured sensors, rounded to ticks, at most 64 of them", 1, 0.0, 64.0,
+        {"change", "1", "largest change of an activation per tick", 1, 0.001, 2.0, {2.0, 0, 0}},
+        {"noise",
+         "1",
+         "of measured sensors: uniform, as a share of the range",
+         1,
+         0.0,
+         1.0,
+         {0, 0, 0}},
+        {"delay",
+         "s",
+         "of measured sensors, rounded to ticks, at most 64 of them",
+         1,
+         0.0,
+         64.0,
          {0, 0, 0}},
         {"seed", "1", "of the noise, whole", 1, 0.0, 4294967295.0, {1.0, 0, 0}}};
     static constexpr int field_count = 7;
@@ -42,9 +63,9 @@ struct control {
         return nullptr;
     }
 
-    // The rest length of a spring. Its state has, for A and B, the length at the tick and its change
-    // per step; `since.sine` is the number of steps since the tick. In single precision the length
-    // at the tick includes L0.
+    // The rest length of a spring. Its state has, for A and B, the length at the tick and its
+    // change per step; `since.sine` is the number of steps since the tick. In single precision the
+    // length at the tick includes L0.
     template <bool single, class R>
     LIMAX_LAW static R rest_in(const actuation::moment<R>& since, const spring_state<R>& s) {
         return fma(s.cosine, since.sine, single ? s.sine : s.rest + s.sine);

@@ -58,9 +58,9 @@ struct built_in_array {
     int size;
     bool writable;
 };
-constexpr built_in_array genes_array{"g", most_genes, false},
-    states_array{"s", most_states, true}, said_array{"say", most_messages, true},
-    heard_array{"heard", most_messages * sensors::neighbours, false};
+constexpr built_in_array genes_array{"g", most_genes, false}, states_array{"s", most_states, true},
+    said_array{"say", most_messages, true},
+    heard_array{"heard", most_messages*sensors::neighbours, false};
 constexpr built_in_array built_in_arrays[] = {genes_array, states_array, said_array, heard_array};
 
 // The results of a text, by the name of the one that it must set: the force f, or the activation a.
@@ -131,7 +131,7 @@ private:
     std::vector<instruction> steps_;
     std::map<std::string, value> names_;
     std::map<std::string, std::vector<int16_t>> arrays_;  // of numbers, by their registers
-    std::set<std::string> fixed_;  // names that no statement may change
+    std::set<std::string> fixed_;                         // names that no statement may change
     std::set<std::string> own_words_;
     // of the states and messages of a controller, by index: whether the text sets and reads them
     bool set_[2][most_states] = {}, read_[2][most_states] = {};
@@ -214,8 +214,8 @@ program reader::read() {
         statement();
     }
     if (!sets_result)
-        refuse(format("the text never sets the %s %s", controls() ? "activation" : "force",
-                      result()));
+        refuse(
+            format("the text never sets the %s %s", controls() ? "activation" : "force", result()));
     const auto place_of = [&](int at) -> int16_t {
         if (at < 0) return int16_t(program_.inputs - 1 - at);
         return int16_t(at < program_.inputs ? at : at + int(program_.constants.size()));
@@ -229,8 +229,8 @@ program reader::read() {
             else if (at < sensors::first_heard)
                 program_.states = std::max(program_.states, at - sensors::first_state + 1);
             else
-                program_.messages = std::max(
-                    program_.messages, (at - sensors::first_heard) / sensors::neighbours + 1);
+                program_.messages = std::max(program_.messages,
+                                             (at - sensors::first_heard) / sensors::neighbours + 1);
         }
         return place_of(at);
     };
@@ -396,9 +396,10 @@ void reader::check_arrays() {
     for (const layer& a : program_.layers)
         for (const layer& b : program_.layers)
             if (&a < &b && a.first < end_of(b) && b.first < end_of(a))
-                refuse(format("two perceptrons have genes in common: those from g[%d] end before "
-                              "g[%d], those from g[%d] before g[%d]",
-                              a.first, end_of(a), b.first, end_of(b)));
+                refuse(
+                    format("two perceptrons have genes in common: those from g[%d] end before "
+                           "g[%d], those from g[%d] before g[%d]",
+                           a.first, end_of(a), b.first, end_of(b)));
 }
 
 void reader::add_inputs(value v, std::vector<int16_t>& to) {

@@ -38,8 +38,8 @@ std::string kernel_text(const std::vector<const program*>& laws, int& registers)
     registers = 0;
     for (const program* law : laws) {
         registers = std::max(registers, law->registers());
-        text += operations_of(*law) + format("LIMAX_FORCE(%d,%d,%d)", law->results[0],
-                                             law->results[1], law->results[2]);
+        text += operations_of(*law) +
+                format("LIMAX_FORCE(%d,%d,%d)", law->results[0], law->results[1], law->results[2]);
     }
     return text;
 }

@@ -30,15 +30,21 @@ enum class operation : uint8_t {
     soft,   // a / sqrt(1 + a^2)
     clamp,  // a between b and c
     // of controllers; their operands are not registers
-    gene,       // number a of the robot
-    layer,      // number a of the program's layers: writes as many registers as it has outputs
-    of_layer,   // a place that a layer before it wrote
+    gene,      // number a of the robot
+    layer,     // number a of the program's layers: writes as many registers as it has outputs
+    of_layer,  // a place that a layer before it wrote
 };
 // Those of one number each.
 inline constexpr int operation_count = int(operation::clamp) + 1;
 
 // The first registers of a force: the state of a mass.
-enum input { input_position = 0, input_velocity = 3, input_mass = 6, input_time = 7, force_inputs = 8 };
+enum input {
+    input_position = 0,
+    input_velocity = 3,
+    input_mass = 6,
+    input_time = 7,
+    force_inputs = 8
+};
 
 // Writes the next register. Operands are earlier registers.
 struct instruction {

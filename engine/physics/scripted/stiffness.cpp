@@ -51,10 +51,12 @@ void evaluate(const program& law, const double in[force_inputs], double force[3]
         registers.push_back(operations[std::size_t(each.what)](registers[std::size_t(each.a)],
                                                                registers[std::size_t(each.b)],
                                                                registers[std::size_t(each.c)]));
-    for (int axis = 0; axis < 3; ++axis) force[axis] = registers[std::size_t(law.results[std::size_t(axis)])];
+    for (int axis = 0; axis < 3; ++axis)
+        force[axis] = registers[std::size_t(law.results[std::size_t(axis)])];
 }
 
-effects::stiffness_damping steepness(const program& law, const double in[force_inputs], double step) {
+effects::stiffness_damping steepness(const program& law, const double in[force_inputs],
+                                     double step) {
     return {largest_slope(law, in, input_position, step),
             largest_slope(law, in, input_velocity, step)};
 }

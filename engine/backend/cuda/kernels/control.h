@@ -1,6 +1,6 @@
 // control.h: the controller of a robot in a kernel: one tick of a voxel, what the tick does to a
-// spring, and what is measured once for the body. Its memory is in global memory, so that every path
-// does the same. Compiled for one controller:
+// spring, and what is measured once for the body. Its memory is in global memory, so that every
+// path does the same. Compiled for one controller:
 //   LIMAX_CONTROL            its program, as scripted::kernel_text() writes it
 //   LIMAX_CONTROL_REGISTERS  that it needs
 //   LIMAX_CONTROL_SENSORS    bits of the sensors that it reads
@@ -154,8 +154,8 @@ __device__ inline int64_t part_of_body(int number, const corner& c, float mass,
 
 // The inputs that are the same for all voxels. `block` is null in a scene without one.
 __device__ __noinline__ void sense_whole(const launch_arguments& launch, const robot_record& record,
-                                   const int64_t sums[sensors::body_sums],
-                                   const solid_record* block, real out[whole_inputs]) {
+                                         const int64_t sums[sensors::body_sums],
+                                         const solid_record* block, real out[whole_inputs]) {
     const scene_of_kernel in{launch.scene};
     sensors::surroundings around = sensors::surroundings_of(in, record.origin);
     if constexpr (has_solid) {
@@ -214,9 +214,9 @@ __device__ inline void run_controller([[maybe_unused]] const float* genes,
 #define LIMAX_CONSTANT(to, number) at[to] = real(number);
 #define LIMAX_OPERATION(to, what, a, b, c) at[to] = apply<operation(what)>(at[a], at[b], at[c]);
 #define LIMAX_GENE(to, number) at[to] = real(genes[number]);
-#define LIMAX_LAYER(to, first, hidden, outputs, inputs, ...) \
-    {                                                        \
-        const real in[inputs] = {__VA_ARGS__};               \
+#define LIMAX_LAYER(to, first, hidden, outputs, inputs, ...)        \
+    {                                                               \
+        const real in[inputs] = {__VA_ARGS__};                      \
         evaluate_layer<first, hidden, outputs>(genes, in, at + to); \
     }
 #define LIMAX_RESULT(number, from) results[number] = at[from];
@@ -291,8 +291,7 @@ __device__ inline bool tick_voxel(const launch_arguments& launch, const robot_re
                                        uint32_t(i.value))),
                             value);
             if constexpr (layout.slots > 0) {
-                constexpr int place =
-                    count_bits(control_sensors & ((uint64_t(1) << i.value) - 1));
+                constexpr int place = count_bits(control_sensors & ((uint64_t(1) << i.value) - 1));
                 const auto slot = [&](int64_t tick) -> real& {
                     constexpr int slots = layout.slots > 0 ? layout.slots : 1;
                     return column(layout.past() + int(tick % slots) * layout.measured + place);

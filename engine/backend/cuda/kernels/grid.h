@@ -248,8 +248,8 @@ struct grid_robot {
     // Stores what the controller's last tick makes of the springs' parameters.
     __device__ void store_drive() const {
         const int64_t voxels = int64_t(grid.x - 1) * (grid.y - 1) * (grid.z - 1);
-        const control_state state = control_state_of(launch.control.columns, launch.scene,
-                                                     shared.record, robot, voxels);
+        const control_state state =
+            control_state_of(launch.control.columns, launch.scene, shared.record, robot, voxels);
         each_mass([&](int site, int) {
             for (int number = 0; number < direction_count; ++number)
                 limax::cuda::store_drive(launch, state, grid, const_cast<float*>(columns), number,

@@ -99,8 +99,8 @@ __device__ inline void run_robot(Robot& robot) {
                 robot.store_masses();
                 break;
             }
-        // With a controller the steps up to the next event are a loop of their own: what a tick needs
-        // registers for is spilled outside of it.
+        // With a controller the steps up to the next event are a loop of their own: what a tick
+        // needs registers for is spilled outside of it.
         do {
             take_step(robot, now);
             if (now.last()) break;

@@ -55,8 +55,7 @@ struct measured_robot {
     }
     // Of a controlled robot: its drive, and steps since the last tick.
     __device__ control_state driven() const {
-        return control_state_of(launch.control, launch.scene, record, index,
-                                launch.grid.voxels());
+        return control_state_of(launch.control, launch.scene, record, index, launch.grid.voxels());
     }
     __device__ double since_tick() const { return double(steps_since_tick(record, record.step)); }
     __device__ float parameter(int column, int64_t slot) const {
@@ -117,8 +116,7 @@ __device__ inline void measure_energy(const measured_robot& robot, double* out,
     if constexpr (controlled) {
         driven = robot.driven();
         now = {1, robot.since_tick()};
-        rate = {0, robot.record.step < robot.record.settle_steps ? 0
-                                                                 : 1 / robot.record.time_step};
+        rate = {0, robot.record.step < robot.record.settle_steps ? 0 : 1 / robot.record.time_step};
     }
     if (!controlled && actuated && robot.record.step >= robot.record.settle_steps) {
         const double* values = robot.launch.scene.of(index_of<actuation>);
@@ -238,16 +236,15 @@ extern "C" __global__ void __launch_bounds__(limax::cuda::measure_threads)
     if (!record.begun) return;
     const measured_robot robot{launch, record, index, launch.grid.sites()};
     const int64_t width[sample_kinds] = {
-        3, 3 * int64_t(record.masses), 3 * int64_t(record.masses), 1, 4, 2,
-        launch.grid.voxels(), layout.seen * launch.grid.voxels()};
+        3, 3 * int64_t(record.masses), 3 * int64_t(record.masses),        1, 4,
+        2, launch.grid.voxels(),       layout.seen * launch.grid.voxels()};
     for (int kind = 0; kind < taken_kinds; ++kind) {
         if (taken_by_step(kind) || record.step != record.next_sample[kind]) continue;
         double* out = launch.samples[kind] + record.offset[kind] + width[kind] * record.taken[kind];
         if (kind == sample_energy) measure_energy(robot, out, part);
         if (kind == sample_strain) measure_strain(robot, out, part);
         if constexpr (controlled)
-            if (kind == sample_activation || kind == sample_sensor)
-                copy_control(robot, kind, out);
+            if (kind == sample_activation || kind == sample_sensor) copy_control(robot, kind, out);
         if (kind == sample_position || kind == sample_velocity)
             for (int64_t site = threadIdx.x; site < robot.sites; site += measure_threads) {
                 const int64_t rank = launch.ranks[index * robot.sites + site];

@@ -145,14 +145,13 @@ struct robot_in_preparation {
         for (int64_t v = threadIdx.x; v < voxels; v += prepare_threads) {
             const int x = int(v % grid.nx), y = int(v / grid.nx % grid.ny),
                       z = int(v / (int64_t(grid.nx) * grid.ny));
-            const muscle own = body.voxels[v] == 0
-                                   ? muscle{bits_as<float>(0x7fc00000u), 0, 0}
-                                   : muscle_of(body.materials[body.voxels[v]], body.weights,
-                                               voxels, v, [&](int c) {
-                                                   return mass[grid.site(x + (c & 1),
-                                                                         y + (c >> 1 & 1),
-                                                                         z + (c >> 2))];
-                                               });
+            const muscle own =
+                body.voxels[v] == 0
+                    ? muscle{bits_as<float>(0x7fc00000u), 0, 0}
+                    : muscle_of(
+                          body.materials[body.voxels[v]], body.weights, voxels, v, [&](int c) {
+                              return mass[grid.site(x + (c & 1), y + (c >> 1 & 1), z + (c >> 2))];
+                          });
             out[v] = own.gain;
             out[voxels + v] = own.phase;
             out[2 * voxels + v] = own.inverse_mass;

@@ -84,10 +84,10 @@ inline constexpr int most_shared_genes = 1024;
 // Null in a scene without control.
 template <class R>
 struct control_memory {
-    R* columns;           // [robot][column][voxel]
-    const float* genes;   // of control, [robot][gene]
-    float* muscles;       // gain, NaN where a voxel is empty, phase, 1/kg of the corners,
-                          // [robot][muscle_columns][voxel]
+    R* columns;          // [robot][column][voxel]
+    const float* genes;  // of control, [robot][gene]
+    float* muscles;      // gain, NaN where a voxel is empty, phase, 1/kg of the corners,
+                         // [robot][muscle_columns][voxel]
 };
 
 // Where the components of the fields of an effect begin among those of all effects and instances.

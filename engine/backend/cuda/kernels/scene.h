@@ -12,8 +12,8 @@
 #include "physics/effects/all.h"
 #include "physics/held.h"
 #include "physics/integrator.h"
-#include "physics/separation.h"
 #include "physics/sensors.h"
+#include "physics/separation.h"
 
 namespace limax::cuda {
 

@@ -41,8 +41,8 @@ __device__ __noinline__ void drive_block(const launch_arguments& launch, block_m
     const control_state state =
         control_state_of(launch.control.columns, launch.scene, shared.record, robot,
                          int64_t(LIMAX_NX) * LIMAX_NY * LIMAX_NZ);
-    float* const columns = const_cast<float*>(launch.springs) +
-                           robot * (stored_columns * direction_count * sites);
+    float* const columns =
+        const_cast<float*>(launch.springs) + robot * (stored_columns * direction_count * sites);
     // also of the sites above, which begin in the next block
     const int first = first_layer(cluster_rank()) * layer;
     const int end = (first_layer(cluster_rank() + 1) + 1) * layer;
@@ -114,14 +114,14 @@ __device__ __noinline__ bool tick_block(const launch_arguments& launch, block_me
     const float* const genes = shared.control.genes_of(launch, robot_of(launch));
     bool finite = true;
     for (int v = opaque(threadIdx.x); v < LIMAX_NX * LIMAX_NY * layers; v += threads)
-        finite &= tick_voxel(launch, record, params, robot_of(launch), number, grid, v % LIMAX_NX,
-                             v / LIMAX_NX % LIMAX_NY, v / (LIMAX_NX * LIMAX_NY) + lowest, genes,
-                             shared.control.whole, shared.control.per_gravity,
-                             [&](int site) { return corner_of_robot(site, shared); },
-                             [&](int voxel, int half, real drive) {
-                                 if constexpr (cluster_blocks == 1)
-                                     shared.drive[half][voxel] = drive;
-                             });
+        finite &= tick_voxel(
+            launch, record, params, robot_of(launch), number, grid, v % LIMAX_NX,
+            v / LIMAX_NX % LIMAX_NY, v / (LIMAX_NX * LIMAX_NY) + lowest, genes,
+            shared.control.whole, shared.control.per_gravity,
+            [&](int site) { return corner_of_robot(site, shared); },
+            [&](int voxel, int half, real drive) {
+                if constexpr (cluster_blocks == 1) shared.drive[half][voxel] = drive;
+            });
     if (any_of_robot(shared, control_wild, !finite)) return false;
     if (threadIdx.x == 0) count_tick(record);
     __syncthreads();
@@ -304,8 +304,8 @@ struct block_robot {
     // Lets the controller act. Returns false if it gave a value that is not finite.
     __device__ bool take_tick(int64_t /*step*/) {
         wait();
-        // The masses are in memory meanwhile, by a copy that no compiler sees through: it would keep
-        // other values there, and read them again in every step.
+        // The masses are in memory meanwhile, by a copy that no compiler sees through: it would
+        // keep other values there, and read them again in every step.
         mass_state kept[cell_rounds];
         for (int k = 0; k < cell_rounds; ++k) kept[k] = mass[k];
         asm volatile("" ::"l"(kept) : "memory");

@@ -47,11 +47,11 @@ private:
 
 // The demands of a scene on a kernel's memory.
 struct kernel_needs {
-    int32_t precision;     // limax_precision
-    int spring_columns;    // parameters of a spring: 1 to 4
-    bool shares_velocity;  // laws on several masses read their velocities
-    bool has_faces;        // laws act on faces
-    bool many_laws;        // laws on masses that need many registers
+    int32_t precision;        // limax_precision
+    int spring_columns;       // parameters of a spring: 1 to 4
+    bool shares_velocity;     // laws on several masses read their velocities
+    bool has_faces;           // laws act on faces
+    bool many_laws;           // laws on masses that need many registers
     std::size_t control = 0;  // bytes of a controller in shared memory
 };
 

@@ -92,17 +92,15 @@ void add_scripts(const scene& scene, kernel_set& step, kernel_set& prepare) {
 control_layout layout_of(const simulation_setup& setup) {
     const scripted::program& law = setup.scene.controller();
     const double* values = setup.scene.values(effects::index_of<effects::control>);
-    const auto delay = int(std::lround(values[effects::control::at_delay] *
-                                       values[effects::control::at_rate]));
+    const auto delay =
+        int(std::lround(values[effects::control::at_delay] * values[effects::control::at_rate]));
     return {law.states, law.messages,
             sensors::count_bits(law.sensors & ((uint64_t(1) << sensors::measured) - 1)),
             delay > 0 ? delay + 1 : 0,
             setup.options.record[LIMAX_TRACE_SENSOR] ? sensors::count_bits(law.sensors) : 0};
 }
 // Genes of a robot on a GPU: rows of float4.
-int genes_of(const simulation_setup& setup) {
-    return (setup.scene.controller().genes + 3) / 4 * 4;
-}
+int genes_of(const simulation_setup& setup) { return (setup.scene.controller().genes + 3) / 4 * 4; }
 
 // Adds a scene's controller to the kernels that step and measure robots.
 void add_controller(const simulation_setup& setup, kernel_set& step, kernel_set& measure) {

@@ -49,7 +49,7 @@ public:
         std::size_t exchange = 0, sums = 0, arrived = 0, after = 0;       // on the grid path
         std::size_t faces = 0;                                            // where laws act on faces
         std::size_t surface = 0, partners = 0, listed_at = 0, moved = 0;  // where masses meet
-            std::size_t control = 0, genes = 0, muscles = 0;  // of control_memory
+        std::size_t control = 0, genes = 0, muscles = 0;                  // of control_memory
         // of solid_columns, where there is a solid
         std::size_t solids = 0, solid_marks = 0, solid_touches = 0, solid_corners = 0,
                     solid_after = 0;

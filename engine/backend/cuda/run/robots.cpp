@@ -264,9 +264,8 @@ void robots_on_gpu<R>::plan_robot(std::size_t local, const prepared_robot& prepa
     const int32_t robot = robots_[local];
     limax_outcome& outcome = outcomes_[robot];
     outcome.time_step_bound = prepared.time_step_bound;
-    const schedule plan =
-        make_schedule(options, setup_.scene, setup_.grid, outcome.time_step_bound,
-                      setup_.amplitude());
+    const schedule plan = make_schedule(options, setup_.scene, setup_.grid, outcome.time_step_bound,
+                                        setup_.amplitude());
     if (std::isinf(outcome.time_step_bound)) outcome.time_step_bound = NAN;
     plans_[local] = plan;
 

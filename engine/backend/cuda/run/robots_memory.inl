@@ -15,9 +15,8 @@ void robots_on_gpu<R>::release() {
     const auto free = [](auto&... memory) { ((memory = std::decay_t<decltype(memory)>()), ...); };
     free(device_records_, device_running_, device_ranks_, device_cells_, mass_, springs_, state_,
          exchange_, sums_, arrived_, faces_, after_, surface_, partners_, listed_at_, moved_,
-         solids_, solid_marks_, solid_touches_, solid_corners_, solid_after_, heights_,
-         control_, genes_, muscles_,
-         device_summaries_);
+         solids_, solid_marks_, solid_touches_, solid_corners_, solid_after_, heights_, control_,
+         genes_, muscles_, device_summaries_);
     for (device_memory<double>& samples : device_samples_) free(samples);
 }
 
@@ -93,8 +92,8 @@ void robots_on_gpu<R>::lay_out_samples() {
         int64_t size = 0;
         for (std::size_t i = 0; i < robots_.size(); ++i) {
             offset(i, kind) = size;
-            size += plans_[i].samples[kind] * trace_width(kind, records_[i].masses, setup_.grid.voxels(),
-                                                          setup_.scene);
+            size += plans_[i].samples[kind] *
+                    trace_width(kind, records_[i].masses, setup_.grid.voxels(), setup_.scene);
         }
         if (size == 0) return;
         device_samples_[kind] = device_memory<double>(
