@@ -17,7 +17,7 @@ local class = object.class("population", "population")
 local methods = class.methods
 
 local WEIGHTS = { "stiffness", "amplitude", "phase" }
-local MATERIAL = { minimum = 0, maximum = tonumber(C.LIMAX_MAX_MATERIALS) - 1, integer = true }
+local MOST_MATERIALS = tonumber(C.LIMAX_MAX_MATERIALS)
 local WEIGHT = { minimum = 0, maximum = 1 }
 local weight_rule = schema.number(WEIGHT)
 local weights_rule =
@@ -165,10 +165,12 @@ end
 --- = 1 + x + nx (y + ny z) with x, y, z from 0. The body is unknown until `population:check`, which
 --- ends the view, as express, set_body and free do.
 ---@param i integer|nil the robot; all if left out
+---@param materials integer|nil their number; as many as a table can have if left out
 ---@return limax.view [voxel], or [robot][voxel] of all
-function methods:voxels_view(i)
+function methods:voxels_view(i, materials)
   return writable(self, "population:voxels_view", "voxels", i, voxels_of, "uint8_t",
-    { self.voxels_each }, MATERIAL)
+    { self.voxels_each }, { minimum = 0, maximum = (materials or MOST_MATERIALS) - 1,
+    integer = true })
 end
 
 --- Stiffness, amplitude and phase, 0 to 1, for a script to write: `view[1][voxel] = weight`; voxels

@@ -93,6 +93,17 @@ local function check(status, text)
   abi.check(status)
 end
 
+-- Refuses fields that are neither in `known` nor named by the text, the `role` of the effect.
+local function require_named(what, entry, known, text, role)
+  local allowed = {}
+  for name in pairs(known) do allowed[name] = true end
+  for word in text:gmatch "[%a_][%w_]*" do allowed[word] = true end
+  schema.known(entry, allowed, what, function(name)
+    return ("%s; the %s names no such parameter"):format(
+      suggest.ending(name, schema.names(known, what)) or "", role)
+  end)
+end
+
 --- Sets the controller of a scene: the text `signal` of its effect `control`, whose fields are in
 --- `fields`. Every other field is a parameter that the text names. Returns text and parameters.
 ---@param handle ffi.cdata* limax_scene
@@ -101,18 +112,15 @@ function scripted_effect.set_controller(handle, entry, fields)
   local what, known = "scene: control", { signal = true }
   local text = text_of(entry.signal, what .. ".signal")
   for name in pairs(fields) do known[name] = true end
-  local allowed = {}
-  for name in pairs(known) do allowed[name] = true end
-  for word in text:gmatch "[%a_][%w_]*" do allowed[word] = true end
-  schema.known(entry, allowed, what, function(name)
-    return suggest.ending(name, schema.names(known, what)) .. "; the signal names no such parameter"
-  end)
+  require_named(what, entry, known, text, "signal")
   local names, resolved = parameters_of(what, entry, known)
   local list, count = list_of(names, resolved)
   check(C.limax_scene_set_controller(handle, text, list, count), text)
   resolved.signal = text
   return resolved
 end
+
+local OF_FORCE = { force = true, bound = true }
 
 --- Adds a scripted effect to a scene, and returns it as in scene:table().
 ---@param handle ffi.cdata* limax_scene
@@ -122,9 +130,10 @@ function scripted_effect.add(handle, name, entry)
     schema.refuse("scene", "effects named by letters, digits and _", name)
   end
   local text = text_of(entry.force, what .. ".force")
+  require_named(what, entry, OF_FORCE, text, "force")
   local bound = entry.bound
   if bound ~= nil then bound = schema.demand(bound_rule, bound, what .. ".bound") end
-  local names, resolved = parameters_of(what, entry, { force = true, bound = true })
+  local names, resolved = parameters_of(what, entry, OF_FORCE)
   local list, count = list_of(names, resolved)
   local limits = bound and ffi.new("double[2]", bound.stiffness, bound.damping)
   check(C.limax_scene_add_script(handle, name, text, list, count, limits), text)

@@ -64,8 +64,9 @@ local function refuse_key(what, key, shape)
 end
 
 local function read_only(what)
-  fault.raise(what .. " is read-only; a population's genome_view, voxels_view and weights_view are "
-    .. "writable")
+  fault.raise(what .. " is read-only; an encoding or a mutation writes to robots:genes(i),"
+    .. " robots:voxels(i) and robots:weights(i), other scripts to a population's genome_view,"
+    .. " voxels_view and weights_view")
 end
 
 -- Adds operators that raise, in place of LuaJIT's message about a struct, to a metatable.

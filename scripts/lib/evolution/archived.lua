@@ -14,6 +14,7 @@ local view = require "limax.engine.view"
 ---@field rows limax.archive.row[] each with its robot and genome
 ---@field place table<integer, integer> of the row of each cell
 ---@field members table<limax.archive.row, true>
+---@field ranges number[][] { least, most } of each descriptor over all scored robots
 
 local archived = {}
 
@@ -26,7 +27,7 @@ local INDIVIDUAL = 2 ^ 32 - 1
 local ROBOT, GENOME, SHOWN = {}, {}, {}
 
 -- Makes the archive after robots entered and ids left.
-local function changed(before, entered, leaving)
+local function changed(before, entered, leaving, ranges)
   local list, place, members = {}, {}, {}
   for _, row in ipairs(before and before.rows or {}) do
     if not (leaving and leaving[row.id]) then
@@ -40,7 +41,19 @@ local function changed(before, entered, leaving)
     list[at], members[row] = row, true
     if row.cell then place[row.cell] = at end
   end
-  return { rows = list, place = place, members = members }
+  return { rows = list, place = place, members = members, ranges = ranges }
+end
+
+-- The ranges of the descriptors with those of more robots.
+local function ranges_with(ranges, robots)
+  local wider = source.copy(ranges)
+  for _, row in ipairs(robots) do
+    for k, value in ipairs(row.fitness and row.descriptors or {}) do
+      local range = wider[k] or { value, value }
+      wider[k] = { math.min(range[1], value), math.max(range[2], value) }
+    end
+  end
+  return wider
 end
 
 -- Makes the row of robot i of a generation.
@@ -56,7 +69,7 @@ end
 ---@param robots limax.population.scored whose rows get `novelty`, `entered` and `cell`
 function archived.enter(before, robots)
   local definition, world = robots.world.archive, robots.world
-  before = before or changed(nil, {})
+  before = before or changed(nil, {}, nil, {})
   if definition.appraise then definition.appraise(robots.rows, before.rows) end
   local candidates = {}
   for i, row in ipairs(robots.rows) do
@@ -74,13 +87,13 @@ function archived.enter(before, robots)
     row[ROBOT] = rows.single(robot)
     row[GENOME] = view.memory(robots.engine:genome_copy(row.index))
   end
-  return changed(before, entered, leaving)
+  return changed(before, entered, leaving, ranges_with(before.ranges, robots.rows))
 end
 
 --- Adds the robots of a recorded generation that entered the archive.
 function archived.replay(before, definition, generation, robots)
   local list = {}
-  before = before or changed(nil, {})
+  before = before or changed(nil, {}, nil, {})
   for i, robot in ipairs(robots) do
     if robot.entered then
       local row = row_of(definition, robot, generation, i)
@@ -90,7 +103,8 @@ function archived.replay(before, definition, generation, robots)
   end
   table.sort(list, function(a, b) return a.at < b.at end)
   for k, each in ipairs(list) do list[k] = each.row end
-  return changed(before, definition.choose(before.rows, before.place, list))
+  local entered, leaving = definition.choose(before.rows, before.place, list)
+  return changed(before, entered, leaving, ranges_with(before.ranges, robots))
 end
 
 --- Gives a row its robot and genome, from which it may be bred.
@@ -126,7 +140,7 @@ end
 ---@param definition limax.archive.definition
 ---@return string[]
 function archived.notes(self, definition)
-  return definition.notes and definition.notes(self.rows) or {}
+  return definition.notes and definition.notes(self.rows, self.ranges) or {}
 end
 
 --- The robot of a row that a script names as a parent; nil for a table that is not a row of this
@@ -152,18 +166,18 @@ function archived.pack(self)
       genome = type(row[GENOME]) == "string" and row[GENOME]
         or ffi.string(row[GENOME], ffi.sizeof(row[GENOME])) }
   end
-  return list
+  return { rows = list, ranges = self.ranges }
 end
 
 --- The archive of such data.
 ---@param materials string[] their names
-function archived.unpack(list, materials)
+function archived.unpack(packed, materials)
   local entered = {}
-  for k, each in ipairs(list) do
+  for k, each in ipairs(packed.rows) do
     entered[k] = each.row
     archived.complete(each.row, assert(rows_file.read(each.robot, materials))[1], each.genome)
   end
-  return changed(nil, entered)
+  return changed(nil, entered, nil, packed.ranges)
 end
 
 return archived

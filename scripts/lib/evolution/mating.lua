@@ -20,7 +20,8 @@ local function check_index(index, robots, what, ...)
   if type(index) ~= "number" or index ~= math.floor(index) or index < 1 or index > #robots then
     what = what:format(...)
     local hint = index == nil and " (a selection returns two)"
-      or type(index) == "table" and " (population.ranked lists indices, best first)" or ""
+      or type(index) == "table" and " (population.ranked lists indices, best first)"
+      or type(index) == "number" and " (the id of a robot is not an index)" or ""
     failure.raise(1, ("%s is %s; expected an index from 1 to %d%s"):format(what, schema.show(index),
       #robots, hint))
   end
@@ -157,7 +158,8 @@ function mating.pairs(pool, count, elites, named, choose)
   local wanted = count - #elites
   if named and #named ~= wanted then
     failure.raise(1, ("breed: %d elites and %d pairs of parents make %d robots; the population"
-      .. " is %d"):format(#elites, #named, #elites + #named, count))
+      .. " is %d%s"):format(#elites, #named, #elites + #named, count, #named == count
+      and "; elites = {} leaves out those of the survival" or ""))
   end
   for k, pair in ipairs(named or {}) do
     if type(pair) ~= "table" or #pair ~= 2 then

@@ -79,15 +79,18 @@ local function each_run(self, name, rows, work)
 end
 
 -- Robot i of a view of all robots, which is made once and ends when the engine writes.
-local function part_of(self, name, i, of_genes)
+local function part_of(self, name, i, argument)
   local parts = self.parts
   if not parts.has[i] then require_row(self, i, "robot") end
   if not parts[name] then
-    local refusal = parts.express and of_genes
-      and "express may not write genes: " .. batch.GENES_ONLY or nil
-    parts[name] = parts.population[name](parts.population, nil, refusal)
+    parts[name] = parts.population[name](parts.population, nil, argument)
   end
   return parts[name][i]
+end
+
+-- The message of a write to genes where only bodies are written; nil elsewhere.
+local function refusal_of(self)
+  return self.parts.express and "express may not write genes: " .. batch.GENES_ONLY or nil
 end
 
 local function end_views(self)
@@ -99,19 +102,21 @@ end
 --- The genes of robot i, to read and write; the genes of control come last.
 ---@param i integer
 ---@return limax.view [gene]
-function methods:genes(i) return part_of(self, "genome_view", i, true) end
+function methods:genes(i) return part_of(self, "genome_view", i, refusal_of(self)) end
 
 --- The genes of control of robot i, to read and write: the end of robots:genes(i); of length 0
 --- where no scene needs any.
 ---@param i integer
 ---@return limax.view [gene]
-function methods:control(i) return part_of(self, "control_view", i, true) end
+function methods:control(i) return part_of(self, "control_view", i, refusal_of(self)) end
 
 --- The material of each voxel of robot i, to read and write: 0 is the empty one. Voxel (x, y, z),
 --- counted from 0, is number 1 + x + nx (y + ny z).
 ---@param i integer
 ---@return limax.view [voxel]
-function methods:voxels(i) return part_of(self, "voxels_view", i) end
+function methods:voxels(i)
+  return part_of(self, "voxels_view", i, self.materials.count)
+end
 
 --- Stiffness, amplitude and phase of each voxel of robot i, 0 to 1, to read and write.
 ---@param i integer

@@ -107,12 +107,13 @@ local function complete(entry, config, path, notes)
   local view = { scene = scene, simulation = simulation, lattice = config.lattice,
     materials = entry.materials or config.materials }
   own[#own + 1] = entry.scene and plausible.dropped(scene, config.scene)
-  for _, note in ipairs(plausible.notes(view)) do own[#own + 1] = note end
+  local engine_scene = engine.scene(scene)
+  for _, note in ipairs(plausible.notes(view, engine_scene:inputs())) do own[#own + 1] = note end
   for _, note in ipairs(own) do
     local text = named(note, entry, path)
     if not choice.contains(notes, text) then notes[#notes + 1] = text end
   end
-  return { scene = scene, simulation = simulation, engine_scene = engine.scene(scene),
+  return { scene = scene, simulation = simulation, engine_scene = engine_scene,
     options = settings.engine_options(simulation, record),
     engine_materials = entry.materials and engine.materials(entry.materials) }
 end

@@ -119,6 +119,7 @@ function prepared.parts(robot, options)
     function_control.split(options.scene or description.scene or defaults.scene)
   local scene = engine.scene(named)
   if options.scene then warn(plausible.replaced(options.scene, scene:table())) end
+  warn(plausible.idle_genes(description, scene:table()))
   local ok, resolved, notes =
     failure.attempt(settings.simulation_options, merged_settings(description, options))
   if not ok then engine.fail("simulate: " .. failure.bare(resolved)) end

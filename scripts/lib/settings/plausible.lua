@@ -1,6 +1,9 @@
 --- plausible.lua: settings of an experiment that are valid but probably unintended, such as wrong
 --- units or signs. Each gives one note before the first generation. SI units.
 
+local choice = require "limax.base.choice"
+local engine = require "limax.engine"
+
 local plausible = {}
 
 -- Fewer samples in a period of the muscles give measures of a trace that depend on the rate.
@@ -57,6 +60,38 @@ local function terrain_beside(config)
         ("xyz"):sub(axis, axis), low, high, start, finish)
     end
   end
+end
+
+-- Terrain that the ground covers.
+local function covered_terrain(scene)
+  local terrain, ground = scene.terrain, scene.ground
+  if not terrain or not ground then return nil end
+  local lowest = math.huge
+  for _, row in ipairs(terrain.heights) do lowest = math.min(lowest, unpack(row)) end
+  lowest = lowest + terrain.origin[3]
+  if lowest >= ground.height then return nil end
+  return ("scene.terrain lies below scene.ground: it reaches down to %.4g m, and the ground at"
+    .. " %.4g m covers it there; set ground = false"):format(lowest, ground.height)
+end
+
+-- What no controller of the scene senses: its target, and noise and delay of sensors.
+local function not_sensed(scene, inputs)
+  local sensed, is_measured, list = {}, false, {}
+  for _, input in ipairs(inputs) do sensed[input:match "^[^.]*"] = true end
+  for _, sensor in ipairs(engine.sensors()) do
+    is_measured = is_measured or sensor.measured and sensed[sensor.name]
+  end
+  if scene.target and not sensed.target and not sensed.target_distance then
+    list[1] = "scene.target acts only on a controller that reads target or target_distance, and"
+      .. " none does"
+  end
+  for _, name in ipairs { "noise", "delay" } do
+    if scene.control and scene.control[name] > 0 and not is_measured then
+      list[#list + 1] = ("scene.control.%s changes nothing: it acts on measured sensors such as"
+        .. " strain, and the signal reads none"):format(name)
+    end
+  end
+  return list
 end
 
 -- Muscles that do not reach their amplitude in the run.
@@ -179,6 +214,22 @@ local function no_variation(config)
     .. " are copies of their parents"
 end
 
+-- Genes of control that are 0 in all robots and stay so.
+local function constant_control(config, supervisor)
+  local breeding, genome = config.breeding, config.genome
+  local own = type(genome.encoding) == "table" and genome.encoding[1] == nil
+  if not breeding.control_mutation_rate or genome.control_spread > 0 or own then return nil end
+  if genome.mutation and genome.mutation ~= "none" then return nil end
+  local constant = genome.mutation
+  for _, name in ipairs { "control_mutation_rate", "control_mutation_scale" } do
+    local changes = supervisor.changes
+    constant = constant or breeding[name] == 0 and changes and not choice.contains(changes, name)
+  end
+  return constant and "genome.control_spread is 0, and no mutation changes genes of control: they"
+    .. " are 0 in every robot; set genome.control_spread, or breeding.control_mutation_rate and"
+    .. " control_mutation_scale" or nil
+end
+
 -- A tournament that the best robot always wins.
 local function large_tournament(config)
   local selection = config.selection
@@ -236,6 +287,16 @@ function plausible.replaced(named, scene)
     .. " limax.scenes.land { friction = false } is land without friction"
 end
 
+--- A note about genes of control in a scene that has no controller; nil if it has one.
+---@param description limax.robot.description
+---@param scene table its effects
+---@return string|nil
+function plausible.idle_genes(description, scene)
+  if not description.control or description.trials or scene.control then return nil end
+  return "the scene has no control, so the robot's genes of control do nothing; scene = { control ="
+    .. " ... } reads them"
+end
+
 --- A note about the scene of a trial that lacks what bodies stand on; nil if it does not.
 ---@param scene table of the trial
 ---@param common table that of the experiment, which it replaces
@@ -265,13 +326,15 @@ end
 
 --- Notes with field, value and consequence.
 ---@param config table a resolved configuration
-function plausible.notes(config)
-  local list = {}
+---@param inputs string[] what the scene's controller reads
+function plausible.notes(config, inputs)
+  local list = not_sensed(config.scene, inputs)
   list[#list + 1] = sticking(config)
   list[#list + 1] = upwards(config.scene)
   list[#list + 1] = sideways(config.scene)
   list[#list + 1] = odd_anchors(config)
   list[#list + 1] = terrain_beside(config)
+  list[#list + 1] = covered_terrain(config.scene)
   list[#list + 1] = slow_ramp(config)
   list[#list + 1] = collapse(config)
   list[#list + 1] = falling(config)
@@ -284,11 +347,13 @@ end
 
 --- Notes on size, encoding, breeding and selection.
 ---@param config table a resolved configuration
-function plausible.notes_of_whole(config)
+---@param supervisor { changes: string[]|nil } the fields that it may set; nil for all
+function plausible.notes_of_whole(config, supervisor)
   local list = {}
   list[#list + 1] = odd_size(config)
   list[#list + 1] = noise(config)
   list[#list + 1] = no_variation(config)
+  list[#list + 1] = constant_control(config, supervisor)
   list[#list + 1] = large_tournament(config)
   return list
 end

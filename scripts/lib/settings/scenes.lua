@@ -26,6 +26,13 @@ local function split(what, argument, rules)
   end
   local names = choice.sorted_keys(known)
   local function ending(name)
+    for _, effect in ipairs(engine.effects()) do
+      for _, field in ipairs(effect.fields) do
+        if field.name == name then
+          return ("; it belongs in %s = { %s = ... }"):format(effect.name, name)
+        end
+      end
+    end
     return suggest.ending(name, names) .. '; an effect of your own has a text: { force = "..." }'
   end
   for _, name in ipairs(schema.known(argument, known, what, ending)) do

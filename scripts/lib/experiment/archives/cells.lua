@@ -42,17 +42,15 @@ local function definition(options, count, cell_of)
 end
 
 -- A note about a descriptor that has robots in one of its cells only, or in a tenth of many.
-local function narrow(rows, measure, k, axis)
-  local least, most, count, filled = math.huge, -math.huge, 0, {}
+local function narrow(rows, range, measure, k, axis)
+  local count, filled = 0, {}
   for _, row in ipairs(rows) do
-    local value = row.descriptors[k]
-    local at = axis.at(value)
+    local at = axis.at(row.descriptors[k])
     if not filled[at] then filled[at], count = true, count + 1 end
-    least, most = math.min(least, value), math.max(most, value)
   end
   if #rows == 0 or axis.cells < 3 or count > math.max(1, axis.cells / 10) then return nil end
   return ("archive: %s used %d of %d cells: its range is %.4g to %.4g, and robots had %.4g to"
-    .. " %.4g"):format(measure.title, count, axis.cells, axis.least, axis.most, least, most)
+    .. " %.4g"):format(measure.title, count, axis.cells, axis.least, axis.most, unpack(range))
 end
 
 --- A grid; the first descriptor varies fastest in the cells' numbers.
@@ -78,10 +76,10 @@ function cells.grid(options)
     return cell
   end)
   grid.axes = axes
-  function grid.notes(rows)
+  function grid.notes(rows, ranges)
     local list = {}
     for k, axis in ipairs(axes) do
-      list[#list + 1] = narrow(rows, options.descriptors[k], k, axis)
+      list[#list + 1] = narrow(rows, ranges[k], options.descriptors[k], k, axis)
     end
     return list
   end
