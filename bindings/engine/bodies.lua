@@ -165,11 +165,11 @@ end
 --- = 1 + x + nx (y + ny z) with x, y, z from 0. The body is unknown until `population:check`, which
 --- ends the view, as express, set_body and free do.
 ---@param i integer|nil the robot; all if left out
----@param materials integer|nil their number; as many as a table can have if left out
+---@param count integer|nil of materials; as many as a table can have if left out
 ---@return limax.view [voxel], or [robot][voxel] of all
-function methods:voxels_view(i, materials)
+function methods:voxels_view(i, count)
   return writable(self, "population:voxels_view", "voxels", i, voxels_of, "uint8_t",
-    { self.voxels_each }, { minimum = 0, maximum = (materials or MOST_MATERIALS) - 1,
+    { self.voxels_each }, { minimum = 0, maximum = (count or MOST_MATERIALS) - 1,
     integer = true })
 end
 

@@ -188,6 +188,22 @@ suite:test("valid but probably unintended settings", function(t)
     ["scene.terrain is beside the body: along x it reaches from 1 to 1.5 m"] = "scene ="
       .. " limax.scenes.land { ground = false, terrain = { spacing = 0.5, origin = { 1, 1, 0 },"
       .. " heights = { { 0, 0 }, { 0, 0 } } } }",
+    ["scene.terrain lies below scene.ground: it reaches down to -0.2 m"] = "scene ="
+      .. " limax.scenes.land { terrain = { spacing = 2, origin = { -1, -1, -0.1 }, heights ="
+      .. " { { 0, 0 }, { -0.1, 1 } } } }",
+    ["scene.target acts only on a controller that reads target or target_distance"] =
+      "scene = limax.scenes.land { target = true }",
+    ["trials[1].scene.target acts only on a controller"] = "trials = { { scene ="
+      .. ' limax.scenes.land { target = true, control = { signal = "a = clock_sine;" } } }, {} }',
+    ["scene.control.noise changes nothing: it acts on measured sensors"] =
+      'scene = limax.scenes.land { control = { noise = 0.1, signal = "a = clock_sine;" } }',
+    ["scene.control.delay changes nothing"] =
+      'scene = limax.scenes.land { control = { delay = 0.1, signal = "a = clock_sine;" } }',
+    ["no mutation changes genes of control: they are 0 in every robot"] =
+      'breeding = { control_mutation_rate = 0 }, supervisor = "fixed", scene ='
+      .. ' limax.scenes.land { control = { signal = "a = g[0];" } }',
+    ["genome.control_spread is 0, and no mutation"] = 'genome = { mutation = "none" }, scene ='
+      .. ' limax.scenes.land { control = { signal = "a = g[0];" } }',
     ["bodies are noise"] = "lattice = { 4, 2, 2 }, genome = { sigma = 100 }",
   } do
     gives(t, 0, text, fields)
@@ -201,6 +217,53 @@ suite:test("messages that name the range and the remedy", function(t)
   gives(t, 2, "mutation_rate[1] is { 0, 0.3 }: expected a value from 0.001 to 0.2",
     'supervisor = { "schedule", mutation_rate = { { 0, 0.3 } } }, supervision = { ranges = {'
     .. " mutation_rate = { 0.001, 0.2 } } }")
+end)
+
+suite:test("settings that take effect give no note", function(t)
+  local function quiet(fields)
+    fields.fitness = "walk"
+    t:equal(table.concat(limax.experiment(fields).notes), "")
+  end
+  local function controlled(signal, fields)
+    fields.signal = signal
+    return limax.scenes.land { control = fields, target = signal:find "target" and true or nil }
+  end
+  quiet { scene = limax.scenes.rough() }
+  quiet { scene = controlled("a = target_distance;", { noise = 0.1, delay = 0.1 }) }
+  quiet { scene = controlled("a = g[0] * strain.x;", { noise = 0.1 }) }
+  local idle = { control_mutation_scale = 0 }
+  quiet { scene = controlled("a = g[0];", {}), breeding = idle } -- "rules" changes it
+  quiet { scene = controlled("a = g[0];", {}), breeding = idle, supervisor = "fixed",
+    genome = { control_spread = 0.1 } }
+  quiet { scene = controlled("a = g[0];", {}), breeding = idle, supervisor = "fixed",
+    genome = { mutation = function(robots) robots:control(robots[1])[1] = 1 end } }
+end)
+
+suite:test("genes of control in a scene without control", function(t)
+  gives(t, 0, "! simulate: the scene has no control, so the robot's genes of control do nothing",
+    "", "", 'limax.robot { voxels = "ecs", control = { 1 } }:simulate { duration = 0.1 }'
+    .. " return experiment")
+  local folder = t:folder()
+  assert(host.file.write_atomic(folder .. "/try.lua", [[require("limax").robot { voxels = "ecs",
+    control = { 1 } }:simulate { duration = 0.1, scene = { gravity = true, ground = true,
+    control = { signal = "a = g[0];" } } }]]))
+  t:equal(process.ends(folder, { "try.lua" }).stderr, "")
+end)
+
+suite:test("the range of a descriptor is that of all scored robots", function(t)
+  local fields = [[population = 8, fitness = function(robot) return -robot:height() end,
+    archive = { "grid", descriptors = { { "height", cells = 10, range = { 0, 1000 } } } }]]
+  local folder = t:folder()
+  assert(host.file.write_atomic(folder .. "/try.lua", SCRIPT:format("", fields,
+    "return experiment")))
+  local function range_of(...)
+    local stderr = process.ends(folder, { "run", ... }).stderr
+    local least, most = stderr:match "robots had ([%d.e-]+) to ([%d.e-]+)"
+    t:ok(least and least ~= most, stderr)
+    return least .. most
+  end
+  local whole = range_of "try.lua"
+  t:equal(range_of("--resume", "runs/try-1", "--from", "1"), whole)
 end)
 
 suite:test("{ name } is the name", function(t)
@@ -302,6 +365,25 @@ suite:test("names and forms that are nearly right", function(t)
   gives(t, 2, "genome.sigma=null", 'genome = { encoding = "direct", sigma = 0.3 }')
   gives(t, 1, 'an effect of your own has a text: { force = "..." }',
     'scene = limax.scenes.land { magnet = { forces = "f = x;" } }')
+  gives(t, 1, "gain: unknown field; known are: bound, force; the force names no such parameter",
+    "", 'limax.robot { voxels = "e" }:simulate { duration = 0.1, scene = { pull = {'
+    .. ' force = "f = -x;", gain = 3 } } }')
+  gives(t, 1, "frequency: unknown field; it belongs in actuation = { frequency = ... }", "",
+    "limax.scenes.land { frequency = 3 }")
+  gives(t, 1, "is 7; expected an index from 1 to 6 (the id of a robot is not an index)",
+    "survival = function() return { 7 } end")
+  gives(t, 1, "elites = {} leaves out those of the survival", "", "",
+    "for robots in limax.start(experiment):generations() do local pairs_of = {} for i = 1, 6 do"
+    .. " pairs_of[i] = { 1, 1 } end robots:breed { parents = pairs_of } end")
+  for _, text in ipairs { "robots:genes(i):copy()", "robots:parents(i)" } do
+    gives(t, 1, "a mutation writes to robots:genes(i)", ("genome = { mutation = function(robots)"
+      .. " for _, i in ipairs(robots) do local genes = %s genes[1] = 0 end end }"):format(text))
+  end
+  gives(t, 1, "try.lua:6: voxels[3]: expected a whole number from 0 to 4, got 7",
+    [[genome = { encoding = { genes = 1,
+    express = function(robots) for _, i in ipairs(robots) do robots:voxels(i)[3] = 7 end end } }]])
+  gives(t, 1, "expected a whole number from 0 to 4, got 3.37", [[genome = { encoding = { genes = 1,
+    express = function(robots) for _, i in ipairs(robots) do robots:voxels(i)[3] = 3.37 end end } }]])
   gives(t, 1, "a comma may be missing before it", 'fitness = "walk" seed = 1')
   gives(t, 1, "an `end` is missing before it", "", "if 1 then return 1 return 2")
   gives(t, 1, "it belongs in scene = { actuation = { frequency = ... } }", "",
