@@ -18,6 +18,7 @@ local methods = class.methods
 
 local WEIGHTS = { "stiffness", "amplitude", "phase" }
 local MOST_MATERIALS = tonumber(C.LIMAX_MAX_MATERIALS)
+local materials_rule = schema.whole(1, MOST_MATERIALS, MOST_MATERIALS)
 local WEIGHT = { minimum = 0, maximum = 1 }
 local weight_rule = schema.number(WEIGHT)
 local weights_rule =
@@ -168,9 +169,10 @@ end
 ---@param count integer|nil of materials; as many as a table can have if left out
 ---@return limax.view [voxel], or [robot][voxel] of all
 function methods:voxels_view(i, count)
-  return writable(self, "population:voxels_view", "voxels", i, voxels_of, "uint8_t",
-    { self.voxels_each }, { minimum = 0, maximum = (count or MOST_MATERIALS) - 1,
-    integer = true })
+  local what = "population:voxels_view"
+  local most = schema.demand(materials_rule, count, what .. ": count") - 1
+  return writable(self, what, "voxels", i, voxels_of, "uint8_t", { self.voxels_each },
+    { minimum = 0, maximum = most, integer = true })
 end
 
 --- Stiffness, amplitude and phase, 0 to 1, for a script to write: `view[1][voxel] = weight`; voxels

@@ -75,8 +75,11 @@ suite:test("every word of the language means what it does in C", function(t)
     local text, expected = unpack(case)
     -- a constant acceleration for 1 s
     local force = "real r = 1; // unused\nr = " .. text .. ";\nf.x += m * r;\n"
-    local moved = flown { own = { force = force, a = 3, b = -0.5, u = { 1, 2, 3 },
-      w = { -2, 0.5, 1 } } }:displacement()
+    local own = { force = force }
+    for name, value in pairs { a = 3, b = -0.5, u = { 1, 2, 3 }, w = { -2, 0.5, 1 } } do
+      own[name] = text:find("%f[%w]" .. name .. "%f[%W]") and value or nil
+    end
+    local moved = flown { own = own }:displacement()
     t:near(moved[1], expected / 2, { rtol = 1e-9, atol = 1e-12 })
   end
 end)
@@ -171,8 +174,10 @@ suite:test("parameters and names are checked", function(t)
   local function refused(pattern, scene)
     t:raises(pattern, function() engine.scene(scene) end)
   end
-  refused("scene: own.a: expected a number, got nan", { own = { force = "f = x;", a = 0 / 0 } })
-  refused("no parameter can be called 't'", { own = { force = "f = x;", t = 1 } })
+  refused("scene: own.a: expected a number, got nan", { own = { force = "f = a * x;", a = 0 / 0 } })
+  refused("no parameter can be called 't'", { own = { force = "f = t * x;", t = 1 } })
+  refused("own.gain: unknown field.*the force names no such",
+    { own = { force = "f = x;", gain = 3 } })
   refused("expected effects named by letters", { ["a b"] = { force = "f = x;" } })
   refused("own.force: expected a text", { own = { force = 3 } })
   refused("own: unknown field.*a force of your own has a text, force =",

@@ -158,7 +158,8 @@ suite:test("a wrong encoding or variation is refused with place and remedy", fun
       for _, i in ipairs(robots) do work(robots, i) end
     end } }
   end
-  fails("material 7", one(function(robots, i) robots:voxels(i)[1] = 7 end))
+  fails("voxels%[1%]: expected a whole number from 0 to 4, got 7",
+    one(function(robots, i) robots:voxels(i)[1] = 7 end))
   fails("robot 1 is none of these", { mutation = function(robots) robots:genes(1) end })
   fails("robots:random: a body depends on its genes only", one(function(robots, i)
     robots:random(i)
