@@ -11,6 +11,7 @@ local fields = require "limax.engine.fields"
 local object = require "limax.engine.object"
 local schema = require "limax.engine.schema"
 local scripted_effect = require "limax.engine.scripted_effect"
+local strict = require "limax.engine.strict"
 local suggest = require "limax.engine.suggest"
 
 local C = abi.C
@@ -19,8 +20,8 @@ local methods = class.methods
 
 -- the effect that every scene has
 local ALWAYS = "springs"
--- the one with a text and its parameters
-local CONTROLLED = "control"
+-- the one with a text and its parameters, and its field that is 0 or 1
+local CONTROLLED, SWITCH = "control", "hold"
 
 ---@class limax.effect
 ---@field name string
@@ -41,6 +42,7 @@ local function describe(effect)
     local field = ffi.new "limax_field_info"
     abi.check(C.limax_effect_field(effect, i - 1, field))
     result.fields[i] = fields.read(field)
+    result.fields[i].switch = result.name == CONTROLLED and result.fields[i].name == SWITCH or nil
   end
   return result
 end
@@ -74,8 +76,10 @@ end
 local function set(handle, effect, place, field, value)
   local what, components = ("scene: %s.%s"):format(place, field.name), field.components
   if components == 0 then return set_heights(handle, effect, what, field, value) end
-  value = schema.demand(components == 1 and schema.number {} or schema.numbers(components), value,
-    what)
+  -- the engine's message about a range shows its unit, which a pure number has not
+  local pure = field.unit == "1" and components == 1
+  local rule = components == 1 and schema.number {} or schema.numbers(components)
+  value = schema.demand(pure and schema.field(field) or rule, value, what)
   abi.check(C.limax_scene_set(handle, effect, field.name, ffi.new("double[?]", components, value),
     components))
   return value
@@ -96,6 +100,11 @@ local function add(handle, effect, place, changes)
   for _, field in ipairs(effect.fields) do resolved[field.name] = default_of(field) end
   local has_text = effect.name == CONTROLLED
   if has_text and changes.signal == nil then
+    for _, name in ipairs(schema.names(changes, place) or {}) do
+      if resolved[name] == nil and suggest.nearest(name, { "signal" }) then
+        fault.raise(('scene: %s.%s: unknown field; did you mean "signal"?'):format(place, name))
+      end
+    end
     fault.raise(("scene: %s needs a signal, the text of its controller, such as "):format(place)
       .. 'signal = "a = clock_sine;"')
   end
@@ -116,6 +125,14 @@ end
 local function add_entry(handle, effect, entry)
   local place, is_list = "scene: " .. effect.name, type(entry) == "table" and entry[1] ~= nil
   local signal = type(entry) == "table" and effect.name == CONTROLLED and entry.signal or entry
+  if type(entry) == "string" and effect.name == CONTROLLED then
+    fault.raise(("%s: expected a table, got a text: write control = { signal = %s }"):format(place,
+      schema.show(entry)))
+  end
+  local name = strict.name_of(signal)
+  if name and effect.name == CONTROLLED then
+    fault.raise(("%s: got the function %s itself; call it: %s {}"):format(place, name, name))
+  end
   if type(signal) == "function" and effect.name == CONTROLLED then
     fault.raise(place .. ": a Lua function controls only a robot by hand (robot:simulate,"
       .. ' robot:begin); elsewhere write a text, such as { signal = "a = clock_sine;" }, or take'

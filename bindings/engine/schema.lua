@@ -118,8 +118,14 @@ function schema.number(field, default)
     default)
 end
 
+-- A number that switches something on.
+local function switch(default)
+  return optional(function(value) return value == 0 or value == 1 end, "0 or 1", default)
+end
+
 --- A number, or a list of three, of a field of the engine.
 function schema.field(field, default)
+  if field.switch then return switch(default or field.value[1]) end
   if field.components ~= 3 then return schema.number(field, default) end
   local part = {}
   for key, value in pairs(field) do part[key] = key ~= "value" and value or nil end

@@ -87,6 +87,7 @@ end
 local function check(status, text)
   if status == C.LIMAX_INVALID_ARGUMENT then
     local message = ffi.string(C.limax_error_text())
+      :gsub("(unknown name 'frequency'); ", "%1; did you mean clock_sine? ")
     local line = tonumber(message:match "^[^,]*, line (%d+): ")
     fault.raise(message .. (line and place_of(text, line) or ""))
   end

@@ -8,6 +8,9 @@ local suggest = require "limax.engine.suggest"
 
 local strict = {}
 
+-- The name of each checked function, as in a call.
+local name_of = setmetatable({}, { __mode = "k" })
+
 -- `name` as in a call, and the number of arguments of the call: all parameters, of a method all but
 -- the object.
 local function checked(name, call, arguments, parameters)
@@ -28,6 +31,9 @@ local function checked(name, call, arguments, parameters)
   end
 end
 
+--- The name of a function of a module, "limax.control.reflex"; nil for a script's own function.
+function strict.name_of(value) return name_of[value] end
+
 --- Raises for a name that `what` does not have.
 ---@param ... table tables whose keys are the names that there are
 function strict.unknown(what, name, ...)
@@ -38,19 +44,23 @@ function strict.unknown(what, name, ...)
   fault.raise(("%s has no %s%s"):format(what, schema.show(name), suggest.ending(name, names)))
 end
 
--- Makes a table whose functions are checked as they are added.
-local function collector(prefix, implied, own)
+-- Makes a table whose functions are checked as they are added; `wrap` makes the function that is
+-- kept of each.
+local function collector(prefix, implied, own, wrap)
   return setmetatable(own or {}, { __newindex = function(self, name, value)
     local info = type(value) == "function" and debug.getinfo(value, "u")
     if info and not info.isvararg then
       value = checked(prefix .. name, value, info.nparams - implied, info.nparams)
+      if wrap then value = wrap(value) end
+      name_of[value] = prefix .. name
     end
     rawset(self, name, value)
   end })
 end
 
 --- A table for the functions of a module; `strict.close` ends it.
-function strict.module(module) return collector(module .. ".", 0) end
+---@param wrap? fun(call: function): function makes the function that is kept of each
+function strict.module(module, wrap) return collector(module .. ".", 0, nil, wrap) end
 
 --- An `__newindex` that raises.
 ---@param what string "a robot"

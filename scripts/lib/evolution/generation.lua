@@ -5,6 +5,7 @@
 
 local archived = require "limax.evolution.archived"
 local bound_check = require "limax.robot.bound_check"
+local control_notes = require "limax.settings.control_notes"
 local division = require "limax.evolution.division"
 local drive = require "limax.settings.drive"
 local engine = require "limax.engine"
@@ -151,15 +152,18 @@ local function simulations_of(robots, mask, materials, options)
   return list
 end
 
--- Warns once if a trial's drive is too fast for the time steps of the robots.
+-- Warns once if a trial's drive is too fast for the time steps of the robots, or its controller
+-- shortens them.
 local function check_drive(robots, mask)
   for k, trial in ipairs(robots.trials) do
-    local longest = 0
+    local longest, slowest = 0, nil
     for i, row in ipairs(robots.rows) do
       -- that of an invalid body is not a number
       local step = mask[i] and rows.outcomes(row)[k].time_step or 0
-      if step > longest then longest = step end
+      if step > longest then longest, slowest = step, rows.outcomes(row)[k] end
     end
+    local short = slowest and control_notes.short_steps(trial.scene, trial.options, slowest)
+    if short then robots.world.say(prefix_of(robots, k) .. short, "scene.control.rate") end
     local problem = longest > 0 and drive.problem(trial.scene, longest)
     local prefix = prefix_of(robots, k)
     if problem then robots.world.say(prefix .. problem, prefix .. "scene.actuation") end
@@ -331,7 +335,7 @@ local function failure_text(robots)
   local counts, reasons, diverged = {}, {}, false
   for _, row in ipairs(robots.rows) do
     diverged = diverged or row.status == "diverged"
-    local reason = ("%s: %s"):format(row.status, row.reason or "no reason")
+    local reason = ("%s: %s"):format(row.status, rows.explained(row.reason or "no reason"))
     if not counts[reason] then reasons[#reasons + 1] = reason end
     counts[reason] = (counts[reason] or 0) + 1
   end

@@ -6,11 +6,22 @@
 --- shortens a contracting one. Genes are those of control, `robots:control(i)`.
 
 local engine = require "limax.engine"
+local fault = require "limax.engine.fault"
 local schema = require "limax.engine.schema"
 local strict = require "limax.engine.strict"
 local suggest = require "limax.engine.suggest"
 
-local control = strict.module "limax.control"
+-- A wrong option is an error of configuration, as it is in a scene.
+local function configured(make)
+  return function(...)
+    local ok, result = pcall(make, ...)
+    if ok then return result end
+    if fault.is(result) and not result.status then result.kind, result.status = "usage", 2 end
+    error(result, 0)
+  end
+end
+
+local control = strict.module("limax.control", configured)
 
 local MOST_LAYER = 64 -- inputs, hidden units and outputs of a perceptron
 local MOST_GENES = 4096

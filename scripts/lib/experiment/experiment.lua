@@ -276,6 +276,13 @@ local function read_body(self)
     return "genome.body: all robots have this body: remove genome.encoding"
   end
   local path, message = source.beside(named, self.base)
+  if message and host.file.exists(path) == "folder" then
+    local champions = path .. "/r01/champions"
+    local names = host.file.list(champions) or {}
+    table.sort(names)
+    return ("genome.body: %s is a folder; name a robot file, such as %s/%s"):format(path, champions,
+      names[#names] or "g0000.json")
+  end
   if message then return "genome.body: " .. message end
   self.body, message = named_parts.resolved("genome.body", function(file)
     return (robot_file.read(file))

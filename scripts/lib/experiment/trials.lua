@@ -2,6 +2,7 @@
 --- a function (generation, random) that returns one. What a trial leaves out is the experiment's.
 
 local choice = require "limax.base.choice"
+local control_notes = require "limax.settings.control_notes"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
@@ -109,6 +110,7 @@ local function complete(entry, config, path, notes)
   own[#own + 1] = entry.scene and plausible.dropped(scene, config.scene)
   local engine_scene = engine.scene(scene)
   for _, note in ipairs(plausible.notes(view, engine_scene:inputs())) do own[#own + 1] = note end
+  for _, note in ipairs(control_notes.of(scene, simulation.duration)) do own[#own + 1] = note end
   for _, note in ipairs(own) do
     local text = named(note, entry, path)
     if not choice.contains(notes, text) then notes[#notes + 1] = text end

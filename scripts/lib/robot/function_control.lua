@@ -7,6 +7,7 @@
 local engine = require "limax.engine"
 local output = require "limax.base.output"
 local schema = require "limax.engine.schema"
+local strict = require "limax.engine.strict"
 
 local function_control = {}
 
@@ -26,7 +27,14 @@ function function_control.split(scene)
       .. " it again, as scene = { control = ... }")
   end
   local call = is_table and control.signal or control
-  if type(call) ~= "function" then return scene, nil end
+  -- the engine's scene refuses a function of limax.control that was not called
+  if type(call) ~= "function" or strict.name_of(call) then return scene, nil end
+  for _, name in ipairs { "delay", "noise" } do
+    if is_table and control[name] ~= nil then
+      engine.fail(("scene: control.%s: it acts on the sensors that a text reads; a Lua function"
+        .. " reads the robot in motion itself: remove it"):format(name))
+    end
+  end
   local own = { control = { signal = SIGNAL } }
   for name, effect in pairs(scene) do own[name] = own[name] or effect end
   for name, value in pairs(is_table and control or {}) do

@@ -20,9 +20,9 @@ function measured.outcome(self, what)
   if done then return done end
   local outcome = row.outcome
   local when = outcome and outcome.status == "diverged" and outcome.time
-    and (" at t = %.4g s"):format(outcome.time) or ""
+    and (" at t = %.4g s"):format(outcome.time + 0) or "" -- + 0: -0 becomes 0
   fail("robot %s has no %s: it is %s%s%s", row.id, what, row.status,
-    row.reason and " (" .. row.reason .. ")" or "", when)
+    row.reason and " (" .. rows.explained(row.reason) .. ")" or "", when)
 end
 
 --- The experiment's `record` with one more entry, as a script writes it.

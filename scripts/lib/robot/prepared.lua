@@ -3,6 +3,8 @@
 local body = require "limax.robot.body"
 local bound_check = require "limax.robot.bound_check"
 local choice = require "limax.base.choice"
+local control_genes = require "limax.settings.control_genes"
+local control_notes = require "limax.settings.control_notes"
 local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
@@ -105,6 +107,8 @@ function prepared.parts(robot, options)
       engine.fail(("simulate: unknown option %s%s"):format(key, ending_of(key)))
     end
   end
+  -- a robot has the genes for the trial that reads most of them
+  local trials = options.scene == nil and robot.description.trials or {}
   if options.trial ~= nil or robot.description.trials and options.scene == nil then
     robot = robot_trials.of(robot, options.trial or 1)
   end
@@ -118,12 +122,15 @@ function prepared.parts(robot, options)
   local named, control =
     function_control.split(options.scene or description.scene or defaults.scene)
   local scene = engine.scene(named)
-  if options.scene then warn(plausible.replaced(options.scene, scene:table())) end
-  warn(plausible.idle_genes(description, scene:table()))
+  local scenes = { scene:table() }
+  for k, trial in ipairs(trials) do scenes[k + 1] = trial.scene end
+  if not control then control_genes.check(scenes, description.control) end
+  if options.scene then warn(plausible.replaced(options.scene, scenes[1])) end
   local ok, resolved, notes =
     failure.attempt(settings.simulation_options, merged_settings(description, options))
   if not ok then engine.fail("simulate: " .. failure.bare(resolved)) end
   for _, note in ipairs(notes) do warn(note) end
+  for _, note in ipairs(control_notes.of(scenes[1], resolved.duration)) do warn(note) end
   return { robot = robot, population = population, materials = materials, scene = scene,
     control = control, options = resolved }
 end
@@ -148,6 +155,7 @@ function prepared.simulation(robot, options)
     warn(note)
   end
   return simulation, function()
+    warn(control_notes.short_steps(parts.scene:table(), parts.options, simulation:outcome(1)))
     return rows.by_hand(description, population, materials, simulation),
       { by_hand = true, population = population, index = 1, simulation = simulation,
         materials = materials, scene = parts.scene:table(), options = parts.options,

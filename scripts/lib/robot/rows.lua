@@ -201,6 +201,12 @@ function rows.forget(self, i)
   self.stamp = self.stamp + 1
 end
 
+--- A reason as messages show it.
+---@param reason string of a row or an outcome
+function rows.explained(reason)
+  return (reason:gsub("control$", "control: the controller gave a value that is not finite"))
+end
+
 --- Sets status and reason of robot i from its outcomes: done if all ended well, else the status of
 --- the first one that did not.
 function rows.set_status(self, i)

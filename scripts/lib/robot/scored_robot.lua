@@ -180,8 +180,8 @@ function class.__tostring(self)
   local shape = row.body
   local fitness = row.fitness and (", fitness %.6g"):format(row.fitness) or ""
   return ("robot %s: %s%s%s, %d voxels, %dx%dx%d, %.4g kg"):format(row.id, row.status or "bred",
-    row.reason and " (" .. row.reason .. ")" or "", fitness, shape.voxels, shape.size[1],
-    shape.size[2], shape.size[3], shape.mass)
+    row.reason and " (" .. rows.explained(row.reason) .. ")" or "", fitness, shape.voxels,
+    shape.size[1], shape.size[2], shape.size[3], shape.mass)
 end
 
 --- Makes the object of a row and its context.

@@ -22,4 +22,19 @@ function control_genes.of_trials(trials)
   return most
 end
 
+--- Refuses a robot by hand or of a file unless it has as many genes as the texts read.
+---@param scenes table[] that of each of its trials
+---@param genes number[]|nil
+function control_genes.check(scenes, genes)
+  local most, is_controlled, count = 0, false, #(genes or {})
+  for _, scene in ipairs(scenes) do
+    most = math.max(most, control_genes.of_scene(scene))
+    is_controlled = is_controlled or scene.control ~= nil
+  end
+  if not is_controlled or count == most then return end
+  engine.fail(("simulate: scene.control reads %d genes of control, and the robot has %d%s"):format(
+    most, count, count > most and ": remove the surplus from its list control"
+      or (": limax.robot { voxels = ..., control = { %d numbers } }"):format(most)))
+end
+
 return control_genes
