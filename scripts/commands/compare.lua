@@ -19,7 +19,8 @@ local command = {
 Each RUN is a run folder, or the folder of a study. Runs are grouped into arms by their
 configuration without seed and repetition; a pair is equal seed and repetition. Fitness, lattice,
 materials, scene, simulation (except its tier), population, generations and evaluations must be
-equal in all. A run that --changed continued with fields that change what a score means is refused.
+equal in all; what moves the muscles, scene.control and scene.actuation, is part of the answer and
+may differ. A run that --changed continued with fields that change what a score means is refused.
 
 The one outcome is best_standard of the last generation: its champion, under the run's first
 materials, simulated again at the tier publish; or what --outcome names in the metrics of the last

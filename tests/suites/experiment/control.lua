@@ -142,5 +142,37 @@ suite:test("options are checked", function(t)
     ['reflex.sensor: expected one number, such as "strain.x", got "strain"'] = function()
       control.reflex { sensor = "strain" }
     end,
+    ["control.network.hold: expected 0 or 1, got true"] = function()
+      control.network { sensors = { "clock" }, hold = true }
+    end,
+    ["control.hold: expected 0 or 1, got true"] = function()
+      walk { signal = "a = 1;", hold = true }
+    end,
+    ["call it: limax.control.reflex {}"] = function() walk(control.reflex) end,
+    ['write control = { signal = "a = 1;" }'] = function() walk "a = 1;" end,
+    ['control.singal: unknown field; did you mean "signal"?'] = function()
+      walk { singal = "a = 1;" }
+    end,
+    ["did you mean clock_sine?"] = function() walk { signal = "a = sin(frequency * t);" } end,
+    ["control.change: expected a number from 0.001 to 2, got 3"] = function()
+      walk { signal = "a = 1;", change = 3 }
+    end,
+    ["control.noise: it acts on the sensors that a text reads"] = function()
+      walk { signal = function() return 0 end, noise = 0.1 }
+    end,
+    ["reads 2 genes of control, and the robot has 3: remove the surplus"] = function()
+      walk({ signal = "a = g[1];" }, { 1, 2, 3 })
+    end,
+    ["the robot has 0: limax.robot { voxels = ..., control = { 2 numbers } }"] = function()
+      walk { signal = "a = g[1];" }
+    end,
+    ["control: the controller gave a value that is not finite"] = function()
+      walk({ signal = "a = sqrt(-1);" }):distance()
+    end,
   } do t:raises(message, call) end
+  local clock = { signal = "a = clock_sine;", rate = 20, frequency = 10, delay = 0.02 }
+  local notes = limax.experiment { fitness = "walk", scene = land(clock) }.notes
+  for i, field in ipairs { "frequency is 10 Hz", "delay is 0.02 s" } do
+    t:ok(notes[i]:find("scene.control." .. field, 1, true))
+  end
 end)
