@@ -126,6 +126,7 @@ function prepared.parts(robot, options)
   for k, trial in ipairs(trials) do scenes[k + 1] = trial.scene end
   if not control then control_genes.check(scenes, description.control) end
   if options.scene then warn(plausible.replaced(options.scene, scenes[1])) end
+  if not control then warn(plausible.idle_genes(description, scenes[1])) end
   local ok, resolved, notes =
     failure.attempt(settings.simulation_options, merged_settings(description, options))
   if not ok then engine.fail("simulate: " .. failure.bare(resolved)) end

@@ -83,7 +83,7 @@ TEST_CASE("control: other text is refused, with its line") {
         {"real contact = 1;", "the name 'contact' is taken"},
         {"real heard = 1;", "the name 'heard' is taken"},
         {"k = 1;", "'k' is an input"},
-        {"g[0] = 1;", "unknown name 'g'"},
+        {"g[0] = 1;", "genes are inputs and cannot be changed"},
         {"heard[0] = 1;", "unknown name 'heard'"},
         {"a = g;", "expected '[', got ';'"},
         {"a = g[k];", "an index of g is a whole number from 0 to 4095, not 'k'"},
@@ -137,7 +137,7 @@ TEST_CASE("control: other text is refused, with its line") {
 
 TEST_CASE("control: a program states what it reads and needs") {
     const program law = compiled(
-        "s[2] = contact; say[0] = heard[6] + gravity.y; a = g[7] + s[1];"
+        "s[1] = 0; s[2] = contact; say[0] = heard[6] + gravity.y; say[1] = 0; a = g[7] + s[1];"
         "real y[2] = perceptron(5, g[8], s, strain);");
     check_registers(law);
     const uint64_t one = 1;

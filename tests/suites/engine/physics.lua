@@ -131,7 +131,8 @@ for _, case in ipairs(CASES) do
     t:equal(#samples, #places)
     for k, sample in ipairs(samples) do
       t:near(sample.x, places[k], { atol = 1e-10 })
-      t:near(sample.v, velocities[k], { atol = 1e-8 })
+      -- a controller's drive is rounded to fp32, where the last bit may differ
+      t:near(sample.v, velocities[k], { atol = case.signal and 1e-7 or 1e-8 })
       if record.block then
         t:near(sample.block, done:trace("block")[k]:table(), { atol = 1e-10 })
       end

@@ -171,8 +171,8 @@ suite:test("options are checked", function(t)
     end,
   } do t:raises(message, call) end
   local clock = { signal = "a = clock_sine;", rate = 20, frequency = 10, delay = 0.02 }
-  local notes = limax.experiment { fitness = "walk", scene = land(clock) }.notes
-  for i, field in ipairs { "frequency is 10 Hz", "delay is 0.02 s" } do
-    t:ok(notes[i]:find("scene.control." .. field, 1, true))
+  local notes = table.concat(limax.experiment { fitness = "walk", scene = land(clock) }.notes)
+  for _, field in ipairs { "frequency is 10 Hz", "delay is 0.02 s" } do
+    t:ok(notes:find("scene.control." .. field, 1, true), notes)
   end
 end)

@@ -30,16 +30,18 @@ local function sense(world, voxel, x, p)
     rate = rate + dot(e, w) / length(e) / world.edge / 3
   end
   sees.strain_rate = rate / 5
-  local push, weight, touching, g = 0, 0, 0, world.scene.gravity
+  local push, masses, touching, g = 0, 0, 0, world.scene.gravity
   for c = 0, 7 do
     local mass, touches = voxel.corners[c], 0
     for _, contact in ipairs(world.contacts) do
       local depth = contact.surface(contact.g, x[mass.i])
       if depth > 0 then push, touches = push + contact.k * depth, 1 end
     end
-    touching, weight = touching + touches, weight + mass.m * (g and length(g.acceleration) or 0)
+    touching, masses = touching + touches, masses + mass.m
   end
-  sees.contact, sees.load = touching / 8, weight > 0 and push / weight / 4 or 0
+  -- rounded as the engine stores it
+  sees.contact = touching / 8
+  sees.load = g and push * single(1 / masses) / length(g.acceleration) / 4 or 0
   return sees
 end
 
