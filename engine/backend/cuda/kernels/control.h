@@ -324,7 +324,8 @@ __device__ inline bool tick_voxel(const launch_arguments& launch, const robot_re
         each_constant<sensors::count>([&](auto i) {
             if constexpr (control_sensors >> i.value & 1)
                 column(layout.last_seen() +
-                       count_bits(control_sensors & ((uint64_t(1) << i.value) - 1))) = at[i.value];
+                       count_bits(control_sensors & ((uint64_t(1) << i.value) - 1))) =
+                    gain == gain ? at[i.value] : real(0);
         });
 
     real results[1 + layout.states + layout.messages];
