@@ -246,20 +246,13 @@ bool robot_run<S, compensated>::block(double* out) const {
 std::unique_ptr<robot> make_robot(const simulation_setup& setup, int32_t index,
                                   const pass_table& passes, limax_outcome& outcome) {
     const int64_t voxels = setup.grid.voxels();
-    return make_robot(setup, index,
-                      spring_body(body_description{
-                          setup.grid, setup.voxels.data() + index * voxels,
-                          setup.weights.data() + 3 * index * voxels, setup.materials.data(),
-                          setup.options.edge, limax_sharing(setup.options.sharing),
-                          setup.scene.has(effects::index_of<effects::damping>),
-                          (setup.scene.mask() & effects::muscle_bits) != 0,
-                          (setup.scene.mask() & effects::face_bits) != 0,
-                          setup.scene.has(effects::index_of<effects::control>)}),
-                      passes, outcome);
-}
-
-std::unique_ptr<robot> make_robot(const simulation_setup& setup, int32_t index, spring_body body,
-                                  const pass_table& passes, limax_outcome& outcome) {
+    spring_body body(body_description{
+        setup.grid, setup.voxels.data() + index * voxels, setup.weights.data() + 3 * index * voxels,
+        setup.materials.data(), setup.options.edge, limax_sharing(setup.options.sharing),
+        setup.scene.has(effects::index_of<effects::damping>),
+        (setup.scene.mask() & effects::muscle_bits) != 0,
+        (setup.scene.mask() & effects::face_bits) != 0,
+        setup.scene.has(effects::index_of<effects::control>)});
     switch (setup.options.precision) {
         case LIMAX_SINGLE:
             return std::make_unique<robot_run<float, false>>(setup, index, std::move(body), passes,

@@ -37,8 +37,5 @@ public:
 // Prepares robot `index` of the setup and fills its outcome, which must outlive the robot.
 std::unique_ptr<robot> make_robot(const simulation_setup& setup, int32_t index,
                                   const pass_table& passes, limax_outcome& outcome);
-// The same for explicit masses and springs.
-std::unique_ptr<robot> make_robot(const simulation_setup& setup, int32_t index, spring_body body,
-                                  const pass_table& passes, limax_outcome& outcome);
 
 }  // namespace limax::cpu
