@@ -72,7 +72,7 @@ end
 -- Adds operators that raise, in place of LuaJIT's message about a struct, to a metatable.
 local function without_arithmetic(metatable)
   local function refuse()
-    fault.raise "a view, or a row of one, is no number: calculate with its numbers, as in row[1]"
+    fault.raise "a view, or a row of one, is not a number: calculate with its numbers, as in row[1]"
   end
   for _, name in ipairs { "add", "sub", "mul", "div", "mod", "pow", "unm", "lt", "le", "concat" } do
     metatable["__" .. name] = refuse

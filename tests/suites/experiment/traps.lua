@@ -344,7 +344,7 @@ suite:test("names and forms that are nearly right", function(t)
     'limax.robot { voxels = "ecs" }:simulate { duration = 1, record = { energy = 2 } }:energy()'
     .. " return experiment")
   gives(t, 2, 'scene.block: the fitness "carry" needs one', 'fitness = "carry"')
-  gives(t, 1, "is no number: calculate with its numbers", fitness
+  gives(t, 1, "is not a number: calculate with its numbers", fitness
     'local path = robot:trace "center_of_mass" return path[2] - path[1]'
     .. ", record = { center_of_mass = 50 }")
   gives(t, 1, "axs: unknown field", fitness "return limax.fitness.distance(robot, { axs = 'x' })")

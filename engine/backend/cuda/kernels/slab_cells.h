@@ -59,25 +59,6 @@ struct thread_cells {
         }
     }
 
-    // Loads what a controller's tick changed.
-    __device__ void load_drive(const launch_arguments& launch, block_memory& shared) {
-        constexpr site_grid grid{lattice{}};
-        const float* columns =
-            launch.springs + robot_of(launch) * (stored_columns * direction_count * sites);
-#pragma unroll
-        for (int k = 0; k < cell_rounds; ++k) {
-            if (!has_slot(k)) continue;
-            const cell_entry cell = entry(launch, k);
-            const int axes = cell.site >= 0 ? cell.axes & cube_axes : 0;
-            if (k >= cube_rounds)
-                load_drive_of_square(stored(shared, k), grid, columns, cell.site, axes, square[k]);
-            else if (square[k] != cube_axes)
-                load_drive_of_square(cube[k], grid, columns, cell.site, axes, square[k]);
-            else
-                load_drive_of_cube(cube[k], grid, columns, cell.site, axes);
-        }
-    }
-
     // Calls on_cube(parameters) or, for a square with axes that are constants,
     // on_square(parameters, axes) for the cell of a round.
     template <class OnCube, class OnSquare>

@@ -39,12 +39,6 @@ struct alignas(spring_columns == 4 ? 16 : spring_columns == 2 ? 8 : 4) spring_pa
         for (int i = 0; i < spring_columns; ++i)
             value[i] = columns[i * (direction_count * grid.count()) + slot];
     }
-    // Loads A and B again.
-    __device__ void load_drive(const site_grid& grid, const float* columns, int slot) {
-#pragma unroll
-        for (int i = spring_columns - 2; i < spring_columns; ++i)
-            value[i] = columns[i * (direction_count * grid.count()) + slot];
-    }
     // A spring of the class with damping c.
     __device__ effects::spring_state<real> at_rest(real rest, float c) const {
         effects::spring_state<real> spring{};
@@ -134,33 +128,6 @@ __device__ inline void load_square(Set&& set, const site_grid& grid, const float
         } else if constexpr (damped) {
             set.damping(at.other) = owned ? columns[direction_count * grid.count() + slot] : 0.0f;
         }
-    });
-}
-
-// Loads A and B of a cell's classes again, as load_cube() and load_square() did.
-template <class Set>
-__device__ inline void load_drive_of_cube(Set&& set, const site_grid& grid, const float* columns,
-                                          int site, int axes) {
-    each_constant<cube_springs>([&](auto i) {
-        constexpr cube_spring s = cube_spring_at(i.value);
-        constexpr parameter_place at = cube_place(i.value);
-        constexpr int needed = s.near ^ s.far;
-        if constexpr (at.other < 0)
-            if ((axes & needed) == needed)
-                set.of_class(at.of_class)
-                    .load_drive(grid, columns,
-                                s.direction * grid.count() + site + grid.corner(s.near));
-    });
-}
-template <class Set>
-__device__ inline void load_drive_of_square(Set&& set, const site_grid& grid, const float* columns,
-                                            int site, int axes, int square) {
-    const int first = square & -square;
-    each_constant<rim_classes>([&](auto i) {
-        const int needed = i.value == 0 ? square & ~first : i.value == 1 ? first : square;
-        const int slot = rim_direction(square, i.value) * grid.count() + site +
-                         (rim_near(i.value) ? grid.corner(first) : 0);
-        if ((axes & needed) == needed) set.of_class(i.value).load_drive(grid, columns, slot);
     });
 }
 
