@@ -84,15 +84,14 @@ inline constexpr int neighbours = 6;
 inline constexpr int first_state = count, first_heard = first_state + 16,
                      inputs = first_heard + 4 * neighbours;
 
-// Bits of the inputs from a source.
-LIMAX_LAW constexpr uint64_t bits_from(source from) {
-    uint64_t bits = 0;
-    int at = 0;
-    for (const sensor& each : list)
-        for (int c = 0; c < each.components; ++c, ++at)
-            if (each.from == from) bits |= uint64_t(1) << at;
-    return bits;
+LIMAX_LAW constexpr int count_components() {
+    int sum = 0;
+    for (const sensor& each : list) sum += each.components;
+    return sum;
 }
+static_assert(count_components() == count, "the list of sensors is that of the inputs");
+
+// Whether a controller reads one of the inputs from `first` to before `end`.
 LIMAX_LAW constexpr bool reads(uint64_t mask, int first, int end) {
     return (mask >> first & ((uint64_t(1) << (end - first)) - 1)) != 0;
 }
