@@ -50,6 +50,15 @@ LIMAX_LAW drive_change<R> change_of_spring(const lattice& grid, int x, int y, in
     return change_of(scale, from, to, share);
 }
 
+// A and B of a spring of a controlled body, as control::pull() reads them.
+template <class R>
+LIMAX_LAW drive_change<float> driven_spring(const drive_change<R>& change, R rest, R stiffness) {
+    if constexpr (sizeof(R) > sizeof(float))
+        return {float(change.at_tick), float(change.per_step)};
+    else
+        return {float(stiffness * (rest + change.at_tick)), float(stiffness * change.per_step)};
+}
+
 namespace sensors {
 
 // NaN becomes 0: the robot ends.
@@ -72,13 +81,16 @@ LIMAX_LAW R place_along(int voxel, int voxels) {
     return R(2 * voxel + 1) / R(voxels) - R(1);
 }
 
-// The voxel across face `side` of the voxel (x, y, z), -1 outside of the lattice.
-LIMAX_LAW int64_t neighbour(const lattice& grid, int x, int y, int z, int side) {
-    const int step = side & 1 ? 1 : -1;
-    const int i = x + (side < 2 ? step : 0), j = y + (side == 2 || side == 3 ? step : 0),
-              k = z + (side > 3 ? step : 0);
-    const bool inside = i >= 0 && j >= 0 && k >= 0 && i < grid.nx && j < grid.ny && k < grid.nz;
-    return inside ? grid.voxel(i, j, k) : -1;
+// Whether the lattice goes on across face `side` of a voxel, and by how much the number of the
+// voxel there differs. Of an axis, the lower face is first.
+LIMAX_LAW constexpr bool has_neighbour(const lattice& grid, int x, int y, int z, int side) {
+    const int at = side < 2 ? x : side < 4 ? y : z;
+    const int count = side < 2 ? grid.nx : side < 4 ? grid.ny : grid.nz;
+    return side & 1 ? at < count - 1 : at > 0;
+}
+LIMAX_LAW constexpr int64_t step_to_neighbour(const lattice& grid, int side) {
+    const int64_t step = side < 2 ? 1 : side < 4 ? grid.nx : int64_t(grid.nx) * grid.ny;
+    return side & 1 ? step : -step;
 }
 
 }  // namespace sensors

@@ -57,6 +57,7 @@ LIMAX_LAW void pull_cells(const spring_arrays<R>& robot, const corner_offsets& c
     const auto row = [&](int number) { return load<R>(parameters + number * site_block); };
     vector<V> position[cell_corners], velocity[cell_corners], force[cell_corners];
     spring_state<V> state[owner_classes];
+    V driven_pull[owner_classes];  // k L of a controlled body
     const auto read = [&](int corner) {
         position[corner] = load(robot.position, cell + corners.of[corner]);
         if constexpr (damped) velocity[corner] = load(robot.velocity, cell + corners.of[corner]);
@@ -75,16 +76,18 @@ LIMAX_LAW void pull_cells(const spring_arrays<R>& robot, const corner_offsets& c
             if constexpr (driven != no_drive) {
                 spring.sine = row(sine_row(damped) + owners);
                 spring.cosine = row(cosine_row(damped) + owners);
-                spring.rest = driven == sine_drive
-                                  ? actuation::rest(moment, spring)
-                                  : control::rest_in<sizeof(R) == sizeof(float)>(moment, spring);
             }
+            if constexpr (driven == sine_drive) spring.rest = actuation::rest(moment, spring);
+            if constexpr (driven == controlled_drive)
+                driven_pull[owners] = control::pull<sizeof(R) == sizeof(float)>(moment, spring);
         }
         const auto& from = position[near];
         const auto& to = position[far];
         const separation<V> e{to.x - from.x, to.y - from.y, to.z - from.z};
         const V inverse = spring_length(e).inverse;
-        spring_force<V> pull = springs::pair(spring, {});
+        spring_force<V> pull = driven == controlled_drive
+                                   ? springs::of_pull(spring, driven_pull[owners])
+                                   : springs::pair(spring, {});
         if constexpr (damped) {
             const auto& before = velocity[near];
             const auto& after = velocity[far];

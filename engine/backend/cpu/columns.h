@@ -184,9 +184,10 @@ private:
         const int64_t slot = spring.direction * body.count + grid.site(near[0], near[1], near[2]);
         const int64_t end =
             std::min(grid.sites(), body.count - grid.site(near[0], near[1], near[2]));
-        const class_drive drive{sizeof(S) == sizeof(float) ? springs.rest[spring.direction] : S(0),
+        const class_drive drive{springs.rest[spring.direction],
                                 share,
                                 scale + slot,
+                                cells_.data() + spring.owners * site_block,
                                 owners,
                                 end,
                                 at_tick,
@@ -200,7 +201,7 @@ private:
     }
     struct class_drive {
         S rest, share;
-        const float* scale;
+        const float *scale, *stiffness;
         const int* owners;
         int64_t end;
         float *at_tick, *per_step;
@@ -215,11 +216,13 @@ private:
                 before += from[at + of.owners[k]];
                 after += to[at + of.owners[k]];
             }
-            const drive_change<S> change = change_of(S(of.scale[cell]), before, after, of.share);
             const int64_t row =
                 cell / site_block * springs.cell_rows * site_block + cell % site_block;
-            of.at_tick[row] = float(of.rest + change.at_tick);
-            of.per_step[row] = float(change.per_step);
+            const drive_change<float> driven =
+                driven_spring(change_of(S(of.scale[cell]), before, after, of.share), of.rest,
+                              S(of.stiffness[row]));
+            of.at_tick[row] = driven.at_tick;
+            of.per_step[row] = driven.per_step;
         }
     }
 

@@ -44,13 +44,15 @@ public:
             if (materials[v] == 0) continue;
             used_.push_back(int32_t(v));
             const lattice& grid = body.grid;
-            const int64_t lowest = grid.site(int(v % grid.nx), int(v / grid.nx % grid.ny),
-                                             int(v / (int64_t(grid.nx) * grid.ny)));
+            const int x = int(v % grid.nx), y = int(v / grid.nx % grid.ny),
+                      z = int(v / (int64_t(grid.nx) * grid.ny));
+            const int64_t lowest = grid.site(x, y, z);
             lowest_[std::size_t(v)] = lowest;
             for (int side = 0; side < sensors::neighbours; ++side)
                 beside_[std::size_t(v * sensors::neighbours + side)] =
-                    sensors::neighbour(grid, int(v % grid.nx), int(v / grid.nx % grid.ny),
-                                       int(v / (int64_t(grid.nx) * grid.ny)), side);
+                    sensors::has_neighbour(grid, x, y, z, side)
+                        ? v + sensors::step_to_neighbour(grid, side)
+                        : -1;
             muscles_[std::size_t(v)] = muscle_of(
                 law_of(setup.materials[materials[v]]), weights, voxels_, v,
                 [&](int c) { return body.mass[lowest + grid.site(c & 1, c >> 1 & 1, c >> 2)]; });

@@ -13,7 +13,7 @@ struct control {
     static constexpr const char* name = "control";
     static constexpr const char* summary = "a controller that senses and drives the muscles";
     static constexpr unsigned needs = 0;
-    static constexpr unsigned hooks = hook_rest;
+    static constexpr unsigned hooks = 0;
     // places of the fields among the values
     enum { at_rate, at_frequency, at_hold, at_change, at_noise, at_delay, at_seed };
     static constexpr field fields[] = {
@@ -63,16 +63,13 @@ struct control {
         return nullptr;
     }
 
-    // The rest length of a spring. Its state has, for A and B, the length at the tick and its
-    // change per step; `since.sine` is the number of steps since the tick. In single precision the
-    // length at the tick includes L0.
+    // k L of a spring, N. Its state has, for A and B, what the tick makes of it: in double
+    // precision what L differs from L0 by at the tick and its change per step, in single precision
+    // k L and its change per step. `since.sine` is the number of steps since the tick.
     template <bool single, class R>
-    LIMAX_LAW static R rest_in(const actuation::moment<R>& since, const spring_state<R>& s) {
-        return fma(s.cosine, since.sine, single ? s.sine : s.rest + s.sine);
-    }
-    template <class R>
-    LIMAX_LAW static R rest(const actuation::moment<R>& since, const spring_state<R>& s) {
-        return rest_in<sizeof(R) == sizeof(float)>(since, s);
+    LIMAX_LAW static R pull(const actuation::moment<R>& since, const spring_state<R>& s) {
+        if constexpr (single) return fma(s.cosine, since.sine, s.sine);
+        return s.stiffness * fma(s.cosine, since.sine, s.rest + s.sine);
     }
 };
 

@@ -19,6 +19,12 @@ struct springs {
         return {sum.scale + s.stiffness, fma(s.stiffness, s.rest, sum.push)};
     }
 
+    // The same where k L is known, N.
+    template <class R>
+    LIMAX_LAW static spring_force<R> of_pull(const spring_state<R>& s, R pull) {
+        return {s.stiffness, pull};
+    }
+
     // k (r - L)^2 / 2, J.
     template <class R>
     LIMAX_LAW static R energy(const spring_state<R>& s) {

@@ -68,13 +68,16 @@ struct control_state {
     int now;     // the half of the last tick
     real share;  // as in change_of()
 };
+__device__ inline real share_of(const scene_values& scene, const robot_record& record) {
+    const bool holds =
+        scene.of(effects::index_of<effects::control>)[effects::control::at_hold] != 0.0;
+    return holds ? real(0) : real(1) / real(record.tick);
+}
 __device__ inline control_state control_state_of(const real* all, const scene_values& scene,
                                                  const robot_record& record, int64_t robot,
                                                  int64_t voxels) {
-    const bool holds =
-        scene.of(effects::index_of<effects::control>)[effects::control::at_hold] != 0.0;
     return {all + robot * layout.count() * voxels, voxels, int(record.ticks - 1 & 1),
-            holds ? real(0) : real(1) / real(record.tick)};
+            share_of(scene, record)};
 }
 
 // The change of the rest length of the spring from a site along a direction. `columns` are the
@@ -101,17 +104,15 @@ struct stored_drive {
         return __ldcg(columns + half * voxels + voxel);
     }
 };
-// Stores A and B of a spring as control::rest() reads them.
+// Its A and B.
 template <class Drive>
-__device__ inline void store_drive(const launch_arguments& launch, const control_state& state,
-                                   const site_grid& grid, float* columns, int number, int site,
-                                   const Drive& drive) {
-    const drive_change<real> change = change_at(state, grid, columns, number, site, drive);
-    const real rest =
-        sizeof(real) == 4 ? rest_length(launch, direction_at(number).squared() - 1) : real(0);
-    float* const at = columns + number * grid.count() + site;
-    at[(spring_columns - 2) * direction_count * grid.count()] = float(rest + change.at_tick);
-    at[(spring_columns - 1) * direction_count * grid.count()] = float(change.per_step);
+__device__ inline drive_change<float> driven_at(const launch_arguments& launch,
+                                                const control_state& state, const site_grid& grid,
+                                                const float* columns, int number, int site,
+                                                const Drive& drive) {
+    return driven_spring(change_at(state, grid, columns, number, site, drive),
+                         rest_length(launch, direction_at(number).squared() - 1),
+                         real(columns[number * grid.count() + site]));
 }
 
 // What a block keeps in shared memory.
@@ -120,10 +121,12 @@ struct control_block {
     int64_t sums[senses_body ? sensors::body_sums : 1];
     real whole[whole_inputs];
     real since_tick;   // steps from the last tick to the last event
+    real share;        // as in change_of()
     real per_gravity;  // as in tick_voxel()
 
     // By one thread.
-    __device__ void prepare(const launch_arguments& launch) {
+    __device__ void prepare(const launch_arguments& launch, const robot_record& record) {
+        share = share_of(launch.scene, record);
         const double* g = launch.scene.of(effects::index_of<effects::gravity>);
         const double squared = g[0] * g[0] + g[1] * g[1] + g[2] * g[2];
         per_gravity =
@@ -131,8 +134,9 @@ struct control_block {
     }
 
     // Copies the genes of a robot, by all threads of the block.
-    __device__ void load(const launch_arguments& launch, int64_t robot, int threads) {
-        if (threadIdx.x == 0) prepare(launch);
+    __device__ void load(const launch_arguments& launch, const robot_record& record, int64_t robot,
+                         int threads) {
+        if (threadIdx.x == 0) prepare(launch, record);
         for (int i = threadIdx.x; i < shared_genes; i += threads)
             genes[i] = launch.control.genes[robot * control_genes + i];
     }
@@ -241,10 +245,9 @@ __device__ inline void press(const scene_params& params, const effects::vector<r
     });
 }
 
-// Tick `number` of the voxel (x, y, z) of a robot. corner_at(site) gives a mass as springs read it.
-// `per_gravity` is one over its strength, s^2/m, or 0; show(voxel, half, drive) gets the drive
-// that it stores. Returns false if the controller gave a value
-// that is not finite.
+// Tick `number` of the voxel (x, y, z) of a robot. corner_at(site, c) gives the mass at corner c as
+// springs read it. `per_gravity` is one over its strength, s^2/m, or 0; show(site, half, drive)
+// gets the drive that it stores. Returns false if the controller gave a value that is not finite.
 template <class Corner, class Show>
 __device__ inline bool tick_voxel(const launch_arguments& launch, const robot_record& record,
                                   const scene_params& params, int64_t robot, int64_t number,
@@ -269,8 +272,7 @@ __device__ inline bool tick_voxel(const launch_arguments& launch, const robot_re
         sense_voxel<real>(
             rest_length(launch, 0), per_weight,
             [&](int c) {
-                const int site = grid.at(x, y, z) + grid.corner(c);
-                const cuda::corner own = corner_at(site);
+                const cuda::corner own = corner_at(grid.at(x, y, z), c);
                 sensors::corner<real> seen{{own.x, own.y, own.z}, {}, real(0), false};
                 if constexpr (senses_rates) seen.velocity = {own.vx, own.vy, own.vz};
                 if constexpr (reads(control_sensors, load, gravity))
@@ -312,13 +314,13 @@ __device__ inline bool tick_voxel(const launch_arguments& launch, const robot_re
     at[sensors::time] = real(double(number) / values[effects::control::at_rate]);
     each_constant<layout.states>(
         [&](auto i) { at[first_state + i.value] = column(layout.state() + i.value); });
+    const real* const said = columns + (layout.said() + now * layout.messages) * voxels;
     each_constant<layout.messages * neighbours>([&](auto i) {
-        constexpr int message = i.value / neighbours;
-        const int64_t other = neighbour(body, x, y, z, i.value % neighbours);
+        constexpr int message = i.value / neighbours, side = i.value % neighbours;
         at[first_heard + i.value] =
-            other < 0 ? real(0)
-                      : __ldcg(columns + (other - voxel) +
-                               (layout.said() + now * layout.messages + message) * voxels);
+            has_neighbour(body, x, y, z, side)
+                ? __ldcg(said + (message * voxels + step_to_neighbour(body, side)))
+                : real(0);
     });
     if constexpr (layout.seen > 0)
         each_constant<sensors::count>([&](auto i) {
@@ -337,7 +339,7 @@ __device__ inline bool tick_voxel(const launch_arguments& launch, const robot_re
         next_activation(results[0], before, real(values[effects::control::at_change]));
     column(layout.activation() + 1 - now) = next;
     column(layout.drive() + 1 - now) = real(gain) * next;
-    show(int(voxel), 1 - now, real(gain) * next);
+    show(grid.at(x, y, z), 1 - now, real(gain) * next);
     each_constant<layout.states>(
         [&](auto i) { column(layout.state() + i.value) = results[1 + i.value]; });
     each_constant<layout.messages>([&](auto i) {

@@ -109,7 +109,7 @@ struct grid_robot {
         wait();
         if constexpr (meets) list_contacts(record.step + begun);
         if constexpr (controlled) {
-            shared.control.load(launch, robot, threads);
+            shared.control.load(launch, record, robot, threads);
             store_drive();
         }
     }
@@ -234,7 +234,9 @@ struct grid_robot {
             part[sum_nonfinite] += !tick_voxel(
                 launch, record, params, robot, number, grid, v % nx, v / nx % ny, v / (nx * ny),
                 genes, shared.control.whole, shared.control.per_gravity,
-                [&](int site) { return exchanged_corner(grid, seen, site); },
+                [&](int site, int c) {
+                    return exchanged_corner(grid, seen, site + grid.corner(c));
+                },
                 [](int, int, real) {});
         sum_over_robot(part);
         if (shared.sum_of[sum_nonfinite] != 0) return false;
@@ -250,10 +252,15 @@ struct grid_robot {
         const int64_t voxels = int64_t(grid.x - 1) * (grid.y - 1) * (grid.z - 1);
         const control_state state =
             control_state_of(launch.control.columns, launch.scene, shared.record, robot, voxels);
+        float* const stored = const_cast<float*>(columns);
         each_mass([&](int site, int) {
-            for (int number = 0; number < direction_count; ++number)
-                limax::cuda::store_drive(launch, state, grid, const_cast<float*>(columns), number,
-                                         site, stored_drive(state));
+            for (int number = 0; number < direction_count; ++number) {
+                const auto [at_tick, per_step] =
+                    driven_at(launch, state, grid, columns, number, site, stored_drive(state));
+                float* const spring = stored + number * sites() + site;
+                spring[(spring_columns - 2) * direction_count * sites()] = at_tick;
+                spring[(spring_columns - 1) * direction_count * sites()] = per_step;
+            }
         });
         wait();
     }

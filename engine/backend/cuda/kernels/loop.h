@@ -63,9 +63,6 @@ __device__ inline bool take_event(Robot& robot, int64_t step, loop_state& now) {
     robot.prepare_steps(step, now.last() ? 1 : now.until_event);
     if (now.last()) robot.store_masses();
     robot.wait();
-    // last, and also where no tick was due, so that until then the registers of the springs'
-    // parameters are free
-    if constexpr (controlled) robot.load_springs();
     return true;
 }
 

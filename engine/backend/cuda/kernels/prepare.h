@@ -131,8 +131,11 @@ struct robot_in_preparation {
                     columns[spring_columns * direction_count * sites + slot] = spring.sine;
                 columns[(spring_columns - 2) * direction_count * sites + slot] =
                     moves ? spring.sine : 0.0f;
+                // of a controlled robot what the next column has, until a tick replaces it
                 columns[(spring_columns - 1) * direction_count * sites + slot] =
-                    moves ? spring.cosine : 0.0f;
+                    controlled ? spring.sine
+                    : moves    ? spring.cosine
+                               : 0.0f;
             }
         }
         if (damped && launch.by_voxels) atomicMin(&least_time, bits_as<unsigned long long>(least));

@@ -156,7 +156,11 @@ LIMAX_LAW void add_spring(const corner& near, const corner& far, effects::spring
     });
     effects::spring_force<real> along;
     effects::for_each([&]<class E>(E) {
-        if constexpr (has<E> && bool(E::hooks & effects::hook_pair)) along = E::pair(spring, along);
+        if constexpr (controlled && same_type<E, effects::springs>)
+            along = E::of_pull(spring,
+                               effects::control::pull<sizeof(real) == sizeof(float)>(now, spring));
+        else if constexpr (has<E> && bool(E::hooks & effects::hook_pair))
+            along = E::pair(spring, along);
     });
     const real scale = fma(-apart.inverse, along.push, along.scale);
     on_near.x = fma(scale, e.x, on_near.x);

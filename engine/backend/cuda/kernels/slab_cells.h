@@ -59,6 +59,59 @@ struct thread_cells {
         }
     }
 
+    // Turns the parameters of a controlled robot's springs, as load() leaves them, into what the
+    // last tick makes of them. Sums over owners are in the order of for_each_owner().
+    __device__ void drive(const launch_arguments& launch, block_memory& shared) {
+        constexpr site_grid grid{lattice{}};
+        const real* const halves[2] = {shared.drive[shared.record.ticks - 1 & 1] + sites_before,
+                                       shared.drive[shared.record.ticks & 1] + sites_before};
+#pragma unroll
+        for (int k = 0; k < cell_rounds; ++k) {
+            const int cell = larger(entry(launch, k).site, 0);
+            const auto follow = [&](spring_parameters& spring, int kind, const real(&sum)[2]) {
+                float& last = spring.value[spring_columns - 1];
+                const drive_change<float> driven =
+                    driven_spring(change_of(real(last), sum[0], sum[1], shared.control.share),
+                                  rest_length(launch, kind), real(spring.value[0]));
+                spring.value[spring_columns - 2] = driven.at_tick;
+                last = driven.per_step;
+            };
+            // a square's owners are all on one side
+            const auto drive_square = [&](auto&& set) {
+                const int across = entry(launch, k).axes >> 3;
+                const int first = grid.corner(across & -across);
+                const int both = grid.corner(across),
+                          behind = cell - grid.corner(cube_axes & ~across);
+                real sum[3][2];
+                for (int half = 0; half < 2; ++half) {
+                    const real* const at = halves[half] + behind;
+                    sum[0][half] = at[-first] + at[0];
+                    sum[1][half] = at[first - both] + at[0];
+                    sum[2][half] = at[0];
+                }
+                for (int i = 0; i < rim_classes; ++i) follow(set.of_class(i), i / 2, sum[i]);
+            };
+            if (k >= cube_rounds) {
+                if (has_slot(k)) drive_square(stored(shared, k));
+            } else if (square[k] != cube_axes) {
+                drive_square(cube[k]);
+            } else {
+                each_constant<cube_springs>([&](auto i) {
+                    constexpr cube_spring s = cube_spring_at(i.value);
+                    constexpr parameter_place at = cube_place(i.value);
+                    if constexpr (at.other < 0) {
+                        real sum[2] = {};
+                        for (int before = corners - 1; before >= 0; --before)
+                            if ((before & (s.near ^ s.far)) == 0)
+                                for (int half = 0; half < 2; ++half)
+                                    sum[half] += halves[half][cell - grid.corner(before)];
+                        follow(cube[k].of_class(at.of_class), length_class(s.direction), sum);
+                    }
+                });
+            }
+        }
+    }
+
     // Calls on_cube(parameters) or, for a square with axes that are constants,
     // on_square(parameters, axes) for the cell of a round.
     template <class OnCube, class OnSquare>

@@ -14,6 +14,7 @@
 namespace limax::cuda {
 
 constexpr int sites = site_grid(lattice{}).count();
+constexpr int sites_before = site_grid(lattice{}).corner(corners - 1);  // the first, in `drive`
 constexpr int places = LIMAX_PLACES;
 constexpr int threads = LIMAX_THREADS, warps = threads / 32;
 constexpr int slots = LIMAX_CUBE_SLOTS + LIMAX_RIM_SLOTS;
@@ -161,8 +162,9 @@ struct block_memory {
     robot_record record;
     int64_t stop;  // last step of this launch
     control_block control;
-    // gain times activation of every voxel, at the last tick and at the next
-    real drive[2][controlled ? LIMAX_NX * LIMAX_NY * LIMAX_NZ : 1];
+    // gain times activation of the voxel whose lowest corner a site is, at the last tick and at the
+    // next: 0 of sites without one, also before the first site
+    real drive[2][controlled ? sites_before + sites : 1];
 };
 static_assert(sizeof(block_memory) <= LIMAX_SHARED_BYTES);
 

@@ -23,44 +23,19 @@ namespace limax::cuda {
 // ---- the controller: not inlined, so that its registers are those that the springs' parameters
 // have between events ----
 
-// Whether some cell takes the parameters of a class from the spring along a direction.
-__device__ constexpr bool stands_for_class(int number) {
-    bool found = false;
-    for (int i = 0; i < cube_springs; ++i)
-        found |= cube_place(i).other < 0 && cube_spring_at(i).direction == number;
-    for (const int square : {3, 5, 6})
-        for (int i = 0; i < rim_classes; ++i) found |= rim_direction(square, i) == number;
-    return found;
-}
-
-// Stores what the last tick makes of the parameters of the springs of this block's sites.
-__device__ __noinline__ void drive_block(const launch_arguments& launch, block_memory& shared) {
-    constexpr site_grid grid{lattice{}};
-    constexpr int layer = grid.x * grid.y;
-    const int64_t robot = opaque(int(robot_of(launch)));
-    const control_state state =
-        control_state_of(launch.control.columns, launch.scene, shared.record, robot,
-                         int64_t(LIMAX_NX) * LIMAX_NY * LIMAX_NZ);
-    float* const columns =
-        const_cast<float*>(launch.springs) + robot * (stored_columns * direction_count * sites);
-    // also of the sites above, which begin in the next block
-    const int first = first_layer(cluster_rank()) * layer;
-    const int end = (first_layer(cluster_rank() + 1) + 1) * layer;
-    for (int site = first + opaque(threadIdx.x); site < end; site += threads)
-        each_constant<direction_count>([&](auto d) {
-            if constexpr (stands_for_class(d.value))
-                store_drive(launch, state, grid, columns, d.value, site,
-                            [&](int voxel, int half) { return shared.drive[half][voxel]; });
-        });
-}
-
 // Fetches what the last tick made of all voxels of the robot.
 __device__ inline void fetch_drive(const launch_arguments& launch, block_memory& shared) {
-    constexpr int voxels = LIMAX_NX * LIMAX_NY * LIMAX_NZ;
+    constexpr lattice body{LIMAX_NX, LIMAX_NY, LIMAX_NZ};
+    constexpr site_grid grid{lattice{}};
     const stored_drive stored(control_state_of(launch.control.columns, launch.scene, shared.record,
-                                               robot_of(launch), voxels));
-    for (int v = opaque(threadIdx.x); v < voxels; v += threads)
-        for (int half = 0; half < 2; ++half) shared.drive[half][v] = stored(v, half);
+                                               robot_of(launch), body.voxels()));
+    for (int i = opaque(threadIdx.x); i < sites_before + sites; i += threads) {
+        const int site = i - sites_before;
+        const int x = site % grid.x, y = site / grid.x % grid.y, z = site / (grid.x * grid.y);
+        const bool inside = site >= 0 && x < body.nx && y < body.ny && z < body.nz;
+        for (int half = 0; half < 2; ++half)
+            shared.drive[half][i] = inside ? stored(int(body.voxel(x, y, z)), half) : real(0);
+    }
     __syncthreads();
 }
 
@@ -118,15 +93,18 @@ __device__ __noinline__ bool tick_block(const launch_arguments& launch, block_me
             launch, record, params, robot_of(launch), number, grid, v % LIMAX_NX,
             v / LIMAX_NX % LIMAX_NY, v / (LIMAX_NX * LIMAX_NY) + lowest, genes,
             shared.control.whole, shared.control.per_gravity,
-            [&](int site) { return corner_of_robot(site, shared); },
-            [&](int voxel, int half, real drive) {
-                if constexpr (cluster_blocks == 1) shared.drive[half][voxel] = drive;
+            [&](int site, int c) {
+                if constexpr (cluster_blocks == 1)
+                    return shared.at.load(place_of(site) + corner_place(c));
+                return corner_of_robot(site + grid.corner(c), shared);
+            },
+            [&](int site, int half, real drive) {
+                if constexpr (cluster_blocks == 1) shared.drive[half][sites_before + site] = drive;
             });
     if (any_of_robot(shared, control_wild, !finite)) return false;
     if (threadIdx.x == 0) count_tick(record);
     __syncthreads();
     if constexpr (cluster_blocks > 1) fetch_drive(launch, shared);
-    drive_block(launch, shared);
     return true;
 }
 
@@ -217,9 +195,9 @@ struct block_robot {
         meet_cluster();
         const robot_record& record = shared.record;
         if constexpr (controlled) {
-            shared.control.load(launch, robot_of(launch), threads);
+            shared.control.load(launch, record, robot_of(launch), threads);
             fetch_drive(launch, shared);
-            drive_block(launch, shared);
+            load_springs();
         }
         const bool begun = record.begun;
         each_mass([&](int k) {
@@ -310,11 +288,16 @@ struct block_robot {
         for (int k = 0; k < cell_rounds; ++k) kept[k] = mass[k];
         asm volatile("" ::"l"(kept) : "memory");
         const bool finite = tick_block(launch, shared);
+        load_springs();
         asm volatile("" ::"l"(kept) : "memory");
         for (int k = 0; k < cell_rounds; ++k) mass[k] = kept[k];
         return finite;
     }
-    __device__ void load_springs() { cells.load(launch, shared); }
+    // Loads the springs' parameters as the last tick made them.
+    __device__ void load_springs() {
+        cells.load(launch, shared);
+        cells.drive(launch, shared);
+    }
 
     // The muscles' moments of the steps up to the next event.
     __device__ void prepare_steps(int64_t step, int steps) {

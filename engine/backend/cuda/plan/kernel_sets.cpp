@@ -293,7 +293,7 @@ void scene_kernels::choose_path(block_plans& plans, const gpu& device) {
         const std::size_t real = setup_->options.precision == LIMAX_DOUBLE ? 8 : 4;
         needs.control = sizeof(float) * std::size_t(genes <= most_shared_genes ? genes : 0) +
                         sizeof(double) * (sensors::body_sums + sensors::measured) +
-                        2 * real * std::size_t(setup_->grid.voxels());
+                        2 * real * std::size_t(setup_->grid.sites() + setup_->grid.site(1, 1, 1));
     }
     const kernel_needs most{setup_->options.precision, 4, true, has_faces, true};
     const std::size_t shared = device.shared_memory_of_block;
