@@ -58,10 +58,11 @@ local function as_grid(layers)
   end)
 end
 
---- The materials that a script names or made; the paper's if it names none.
+--- The materials that a script names, or a copy of those that it made and may change later; the
+--- paper's if it names none.
 ---@param named? string|table|limax.materials
 function robot_file.materials(named)
-  if type(named) == "table" and named.get then return named end
+  if type(named) == "table" and named.get then return named:copy() end
   return engine.materials(named or defaults.materials)
 end
 

@@ -47,6 +47,14 @@ letters:test("weights are numbers, functions or tables", function(t)
   t:equal(all.population:weights(1):table()[3][2][1][1], 0.75)
 end)
 
+letters:test("a robot has its own copy of the materials", function(t)
+  local materials = engine.materials "paper"
+  local robot = limax.robot { voxels = "e", materials = materials }
+  local before = robot.materials:get(2).stiffness
+  materials:set(2, "stiffness", 2 * before)
+  t:equal(robot.materials:get(2).stiffness, before)
+end)
+
 letters:test("each mistake raises its message at the script's line", function(t)
   local mistakes = {
     { { voxels = "ecx" }, 'layer 1, line 1: unknown letter "x"; the letters are . (empty), e' },
