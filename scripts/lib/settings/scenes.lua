@@ -79,6 +79,9 @@ end
 function scenes.water(options)
   local body, effects = split("scenes.water", options,
     { buoyancy = schema.number { value = 1, minimum = 0, maximum = 100 } })
+  if (options or {}).buoyancy ~= nil and effects.gravity ~= nil then
+    engine.fail "scenes.water: buoyancy sets the gravity of the scene: drop gravity, or buoyancy"
+  end
   local scene = { drag = true, damping = true, actuation = true }
   if body.buoyancy ~= 1 then
     scene.gravity = { acceleration = { 0, 0, standard_gravity * (body.buoyancy - 1) } }

@@ -358,6 +358,8 @@ suite:test("names and forms that are nearly right", function(t)
     "", "limax.defaults.population = 500")
   gives(t, 0, "every effect in it is false, so nothing acts", "",
     'limax.robot { voxels = "ecs" }:simulate { duration = 0.1, scene = { friction = false } }')
+  gives(t, 1, "buoyancy sets the gravity of the scene: drop gravity, or buoyancy", "",
+    "limax.scenes.water { buoyancy = 1, gravity = true }")
   gives(t, 1, "scenes.slope.direction: expected a number", "",
     "limax.scenes.slope { angle = 0.2, direction = 90 }")
   gives(t, 2, "fitness = function(robot) return -limax.fitness.walk(robot) end",
