@@ -377,7 +377,7 @@ end
 
 local function check_together(self)
   local config, parts = self.config, self.parts
-  add_notes(self, plausible.notes_of_whole(config, parts.supervisor))
+  add_notes(self, plausible.notes_of_whole(config, parts))
   add_notes(self, { island_rules.note(config) })
   local note = parts.supervisor.note and parts.supervisor.note(config)
   add_notes(self, { note })

@@ -39,6 +39,7 @@ end
 ---@field needs? string[] the archives with which it works; nil if it needs none
 ---@field objectives? limax.measure[]
 ---@field reference? number[] of the objectives
+---@field share? number of the population that goes on
 ---@field newcomers? integer random robots in each generation
 ---@field ages? boolean are ages recorded?
 
@@ -182,7 +183,7 @@ function survival.get(spec)
   if type(call) == "string" then engine.fail(("survival %q: %s"):format(name, call)) end
   return { name = name, call = call, selection = entry.selection, needs = entry.needs,
     objectives = options.objectives, reference = options.reference,
-    newcomers = options.newcomers, ages = entry.ages }
+    newcomers = options.newcomers, ages = entry.ages, share = options.share }
 end
 
 return strict.close("limax.survival", survival)

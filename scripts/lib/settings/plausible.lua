@@ -239,6 +239,17 @@ local function large_tournament(config)
     :format(size, config.population)
 end
 
+-- A share of survivors that leaves only the place that one offspring, or the newcomers, must have.
+local function few_offspring(config, survival)
+  local size = config.population / (config.islands and config.islands.count or 1)
+  local places = survival.newcomers or 1
+  if not survival.share or math.floor(survival.share * size + 0.5) <= size - places then
+    return nil
+  end
+  return ("survival.share is %.4g of %d robots: only %d of them %s new in each generation; share ="
+    .. " 0.5 renews half"):format(survival.share, size, places, places == 1 and "is" or "are")
+end
+
 -- Muscles that do not complete one cycle in the run.
 local function slow_muscles(config)
   local actuation, duration = config.scene.actuation, config.simulation.duration
@@ -345,16 +356,18 @@ function plausible.notes(config, inputs)
   return list
 end
 
---- Notes on size, encoding, breeding and selection.
+--- Notes on size, encoding, breeding, selection and survival.
 ---@param config table a resolved configuration
----@param supervisor { changes: string[]|nil } the fields that it may set; nil for all
-function plausible.notes_of_whole(config, supervisor)
+---@param parts { supervisor: { changes: string[]|nil }, survival: limax.survival } `changes` are
+--- the fields that the supervisor may set; nil for all
+function plausible.notes_of_whole(config, parts)
   local list = {}
   list[#list + 1] = odd_size(config)
   list[#list + 1] = noise(config)
   list[#list + 1] = no_variation(config)
-  list[#list + 1] = constant_control(config, supervisor)
+  list[#list + 1] = constant_control(config, parts.supervisor)
   list[#list + 1] = large_tournament(config)
+  list[#list + 1] = few_offspring(config, parts.survival)
   return list
 end
 

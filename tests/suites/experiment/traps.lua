@@ -204,6 +204,8 @@ suite:test("valid but probably unintended settings", function(t)
       .. ' limax.scenes.land { control = { signal = "a = g[0];" } }',
     ["genome.control_spread is 0, and no mutation"] = 'genome = { mutation = "none" }, scene ='
       .. ' limax.scenes.land { control = { signal = "a = g[0];" } }',
+    ["survival.share is 1 of 6 robots: only 1 of them is new in each generation"] =
+      'survival = { "plus", share = 1 }',
     ["bodies are noise"] = "lattice = { 4, 2, 2 }, genome = { sigma = 100 }",
   } do
     gives(t, 0, text, fields)
