@@ -250,6 +250,18 @@ local function few_offspring(config, survival)
     .. " 0.5 renews half"):format(survival.share, size, places, places == 1 and "is" or "are")
 end
 
+-- The score as an objective beside the measure that the fitness is.
+local function same_objectives(parts)
+  local fitness, signs = parts.fitness, {}
+  for _, measure in ipairs((parts.measured or {}).objectives or {}) do
+    signs[measure.name] = measure.sign
+  end
+  local sign = next(fitness.options) == nil and signs[fitness.name]
+  if not sign or signs.fitness ~= sign then return nil end
+  return ('objectives: "fitness" and %q are the same number, because the fitness is %q: name'
+    .. " another one instead of either"):format(fitness.name, fitness.name)
+end
+
 -- Muscles that do not complete one cycle in the run.
 local function slow_muscles(config)
   local actuation, duration = config.scene.actuation, config.simulation.duration
@@ -358,8 +370,9 @@ end
 
 --- Notes on size, encoding, breeding, selection and survival.
 ---@param config table a resolved configuration
----@param parts { supervisor: { changes: string[]|nil }, survival: limax.survival } `changes` are
---- the fields that the supervisor may set; nil for all
+---@param parts { fitness: limax.fitness, supervisor: { changes: string[]|nil }, survival:
+--- limax.survival, measured: limax.measured|nil } `changes` are the fields that the supervisor may
+--- set; nil for all
 function plausible.notes_of_whole(config, parts)
   local list = {}
   list[#list + 1] = odd_size(config)
@@ -368,6 +381,7 @@ function plausible.notes_of_whole(config, parts)
   list[#list + 1] = constant_control(config, parts.supervisor)
   list[#list + 1] = large_tournament(config)
   list[#list + 1] = few_offspring(config, parts.survival)
+  list[#list + 1] = same_objectives(parts)
   return list
 end
 

@@ -204,6 +204,8 @@ suite:test("valid but probably unintended settings", function(t)
       .. ' limax.scenes.land { control = { signal = "a = g[0];" } }',
     ["genome.control_spread is 0, and no mutation"] = 'genome = { mutation = "none" }, scene ='
       .. ' limax.scenes.land { control = { signal = "a = g[0];" } }',
+    ['"fitness" and "distance" are the same number, because the fitness is "distance"'] =
+      'survival = { "nsga2", objectives = { "fitness", "distance" } }',
     ["survival.share is 1 of 6 robots: only 1 of them is new in each generation"] =
       'survival = { "plus", share = 1 }',
     ["bodies are noise"] = "lattice = { 4, 2, 2 }, genome = { sigma = 100 }",
@@ -231,6 +233,7 @@ suite:test("settings that take effect give no note", function(t)
     return limax.scenes.land { control = fields, target = signal:find "target" and true or nil }
   end
   quiet { scene = limax.scenes.rough() }
+  quiet { survival = { "nsga2", objectives = { "fitness", "distance" } } }
   quiet { scene = controlled("a = target_distance;", { noise = 0.1, delay = 0.1 }) }
   quiet { scene = controlled("a = g[0] * strain.x;", { noise = 0.1 }) }
   local idle = { control_mutation_scale = 0 }
