@@ -13,6 +13,9 @@ local SAMPLES_OF_PERIOD = 8
 -- paper's muscles do.
 local MOST_SAG = 0.25
 
+-- Body lengths per second beyond those of any robot: the fastest of EVOLUTION.md have five.
+local FASTEST = 6
+
 -- Gravity that lifts bodies off the ground.
 local function upwards(scene)
   local up = scene.gravity and scene.ground and scene.gravity.acceleration[3] or 0
@@ -158,6 +161,25 @@ local function bottomless(config)
   if has_any(scene, CONTACTS) or scene.anchors then return nil end
   return "scene has gravity and nothing to stand on: bodies fall all the time; ground = true is"
     .. " flat ground"
+end
+
+-- Boxes that no body reaches on its own legs in the run.
+local function far_boxes(config)
+  local scene, lattice, simulation = config.scene, config.lattice, config.simulation
+  if not scene.boxes or not lattice or not scene.ground then return nil end
+  local low, length, nearest = simulation.position, 0, math.huge
+  for axis = 1, 2 do length = math.max(length, lattice[axis] * simulation.edge) end
+  for _, box in ipairs(scene.boxes) do
+    local away = 0
+    for axis = 1, 2 do
+      local high = low[axis] + lattice[axis] * simulation.edge
+      away = math.max(away, box.from[axis] - high, low[axis] - box.to[axis])
+    end
+    nearest = math.min(nearest, away)
+  end
+  if nearest <= FASTEST * length * simulation.duration then return nil end
+  return ("scene.boxes are out of reach: the nearest is %.4g m from the body, which is %.4g m long,"
+    .. " and simulation.duration is %.4g s"):format(nearest, length, simulation.duration)
 end
 
 -- Muscles in a scene where they cannot move the body.
@@ -357,6 +379,7 @@ function plausible.notes(config, inputs)
   list[#list + 1] = sideways(config.scene)
   list[#list + 1] = odd_anchors(config)
   list[#list + 1] = terrain_beside(config)
+  list[#list + 1] = far_boxes(config)
   list[#list + 1] = covered_terrain(config.scene)
   list[#list + 1] = slow_ramp(config)
   list[#list + 1] = collapse(config)

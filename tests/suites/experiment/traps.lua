@@ -206,6 +206,8 @@ suite:test("valid but probably unintended settings", function(t)
       .. ' limax.scenes.land { control = { signal = "a = g[0];" } }',
     ['"fitness" and "distance" are the same number, because the fitness is "distance"'] =
       'survival = { "nsga2", objectives = { "fitness", "distance" } }',
+    ["scene.boxes are out of reach: the nearest is 19.8 m from the body"] =
+      "scene = limax.scenes.stairs { start = 20 }",
     ["survival.share is 1 of 6 robots: only 1 of them is new in each generation"] =
       'survival = { "plus", share = 1 }',
     ["bodies are noise"] = "lattice = { 4, 2, 2 }, genome = { sigma = 100 }",
