@@ -104,6 +104,7 @@ private:
     void declare_array(const std::string& name);
     const built_in_array* writable_array(const std::string& name) const;
     void set_element(const built_in_array& array);
+    void set_output(const std::string& output, bool replaces);
     int index_below(int end, const std::string& of);
     value element(const std::string& name);
     std::vector<int16_t> layer_of(int outputs);
@@ -135,6 +136,8 @@ private:
     std::set<std::string> own_words_;
     // of the states and messages of a controller, by index: whether the text sets and reads them
     bool set_[2][most_states] = {}, read_[2][most_states] = {};
+    bool sets_result_ = false;
+    std::set<std::string> unread_;  // outputs, such as f or s[0], set and not read since
 };
 
 // While reading, constants are numbered below 0 and results from the last input on.
@@ -208,12 +211,12 @@ reader::reader(kind of, const std::string& place, const std::string& text,
 }
 
 program reader::read() {
-    bool sets_result = false;
     while (now_.kind != token::end) {
-        sets_result = sets_result || (now_.kind == token::word && now_.text == result());
+        const bool sets = now_.kind == token::word && now_.text == result();
         statement();
+        sets_result_ = sets_result_ || sets;
     }
-    if (!sets_result)
+    if (!sets_result_)
         refuse(
             format("the text never sets the %s %s", controls() ? "activation" : "force", result()));
     const auto place_of = [&](int at) -> int16_t {
@@ -302,6 +305,7 @@ void reader::statement() {
         refuse_read(format("'%s' is a %s; this is a %s", name.c_str(),
                            wants_vector ? "vector" : "number",
                            result.vector ? "vector" : "number"));
+    if (name == this->result()) set_output(name, !adds && !component);
     if (component) {
         *component = adds ? emit(operation::add, *component, result.x) : result.x;
     } else {
@@ -311,6 +315,13 @@ void reader::statement() {
         names_[name] = result;
     }
     if (now_.kind != token::end) need(";");
+}
+
+// Refuses to replace the value of an output that nothing has read.
+void reader::set_output(const std::string& output, bool replaces) {
+    if (!unread_.insert(output).second && replaces)
+        refuse_read(
+            format("'%s' is set again before its value is read; '+=' adds to it", output.c_str()));
 }
 
 const built_in_array* reader::writable_array(const std::string& name) const {
@@ -347,6 +358,7 @@ void reader::set_element(const built_in_array& array) {
     if (!adds && !at("=")) refuse(format("expected '=', got %s", here().c_str()));
     advance();
     const value result = need_number(expression(), array.name);
+    set_output(format("%s[%d]", array.name, index), !adds);
     int16_t& element = arrays_[array.name][std::size_t(index)];
     element = adds ? emit(operation::add, element, result.x) : result.x;
     if (now_.kind != token::end) need(";");
@@ -375,6 +387,7 @@ value reader::element(const std::string& name) {
         const int index = index_below(int(held.size()), "an index of " + name);
         if (name == states_array.name) read_[0][index] = true;
         if (name == heard_array.name) read_[1][index / sensors::neighbours] = true;
+        unread_.erase(format("%s[%d]", name.c_str(), index));
         result.x = held[std::size_t(index)];
     }
     need("]");
@@ -428,6 +441,8 @@ std::vector<int16_t> reader::layer_of(int outputs) {
             add_inputs(expression(), made.inputs);
         } else {
             made.inputs.insert(made.inputs.end(), array->second.begin(), array->second.end());
+            for (std::size_t i = 0; i < array->second.size(); ++i)
+                unread_.erase(format("%s[%zu]", array->first.c_str(), i));
             advance();
         }
     }
@@ -576,6 +591,9 @@ value reader::primary() {
     const std::string name = now_.text;
     const auto found = names_.find(name);
     if (found != names_.end()) {
+        if (name == result() && !sets_result_)
+            refuse(format("'%s' is read before it is set", name.c_str()));
+        unread_.erase(name);
         advance();
         return found->second;
     }

@@ -358,7 +358,7 @@ suite:test("NaN and infinity end their own robot and no other", function(t)
     local function ended(first, count)
       local genes = {}
       for i = 1, count do genes[i] = { i == first and bad or 1 } end
-      local simulation = begun(genes, "a = 0; a = t < 0.02 ? 0.1 : 0.1 / sqrt(g[0]);", {})
+      local simulation = begun(genes, "a = t < 0.02 ? 0.1 : 0.1 / sqrt(g[0]);", {})
       simulation:run()
       return simulation
     end
