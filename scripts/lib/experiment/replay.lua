@@ -2,7 +2,9 @@
 --- returns the robot library with this method and with robots of genomes, as `limax.robot`.
 
 local engine = require "limax.engine"
+local fault = require "limax.engine.fault"
 local fitness = require "limax.fitness"
+local output = require "limax.base.output"
 local robot = require "limax.robot.robot"
 local robot_of_genome = require "limax.experiment.robot_of_genome"
 local schema = require "limax.engine.schema"
@@ -61,6 +63,11 @@ function Robot:replay(options)
     local score, extra = call(replayed, state)
     replayed.row.fitness = score
     replayed.row.cases, replayed.row.measures = scoring.parts(extra)
+    if options.fitness == nil and description.score and score ~= description.score then
+      output.warn(("%s: replay: the score is %.9g, and the file's is %.9g: the file was"
+        .. " edited, or another build or kind of device scored the robot\n"):format(
+        fault.where(), score, description.score))
+    end
   end
   return replayed, description.score
 end

@@ -135,6 +135,20 @@ files:test("a scored robot and a champion's file replay to the same score", func
   check(folder .. "/r01/champions/g0001.json", champion)
 end)
 
+files:test("replay notes a score that is not the one in the file", function(t)
+  local folder = t:folder()
+  limax.start(evolution.small { fitness = "distance", generations = 1 },
+    { out = folder .. "/r" }):finish()
+  local file = folder .. "/r/r01/champions/g0000.json"
+  process.write(folder .. "/again.lua", ('require("limax").robot(%q):replay()'):format(file))
+  t:equal(process.ends(folder, { "again.lua" }).stderr, "")
+  local text = process.read(file)
+  process.write(file, (text:gsub('"fitness": "distance"', '"fitness": "walk"')))
+  local stderr = process.ends(folder, { "again.lua" }).stderr
+  local now, before = stderr:match "lua:1: replay: the score is (%S+), and the file's is (%S+):"
+  t:ok(now and now ~= before, stderr)
+end)
+
 files:test("a fitness that is a function is passed to replay", function(t)
   local folder = t:folder()
   evolution.script(folder .. "/own.lua",
