@@ -163,6 +163,9 @@ function fitness.straightness(robot, options)
   return path > 0 and path >= least and measured.distance(robot) / path or 0
 end
 
+-- The names of the functions, which an experiment may pass instead.
+local name_of = {}
+
 -- An experiment names a function, `fitness = "walk"`; `fitness = limax.fitness.walk()` calls it.
 for name in pairs(fitness.entries) do
   local law = fitness[name]
@@ -177,6 +180,7 @@ for name in pairs(fitness.entries) do
     if options ~= nil then schema.demand(check, options, what) end
     return law(robot, options, ...)
   end)
+  name_of[fitness[name]] = name
 end
 
 ---@class limax.fitness
@@ -201,6 +205,8 @@ end
 ---@param spec string|table|fun(robot: limax.scored_robot): number, number[]?
 ---@return limax.fitness
 function fitness.get(spec)
+  -- called with the state of an experiment, it would take that for its options
+  spec = name_of[spec] or spec
   if type(spec) == "function" then
     return { name = "function", call = spec, record = {}, options = {} }
   end

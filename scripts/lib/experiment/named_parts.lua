@@ -46,6 +46,9 @@ end
 function named_parts.of(spec)
   local fitness, wrong_fitness =
     resolved("fitness", require("limax.fitness").get, spec.fitness)
+  if fitness and fitness.name ~= "function" and type(spec.fitness) == "function" then
+    spec.fitness = fitness.name -- a function of the library
+  end
   local parts = { fitness = fitness, state = spec.state }
   local wrong_memory = not wrong_fitness and resolve_memory(spec, parts) or nil
   parts.selection_named = spec.selection or (parts.survival or {}).selection or defaults.selection

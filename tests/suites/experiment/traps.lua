@@ -280,6 +280,12 @@ suite:test("{ name } is the name", function(t)
     t:equal(config { fitness = "walk", [name] = { value } },
       config { fitness = "walk", [name] = value })
   end
+  -- the state is not taken for its options
+  local function state() return { axis = "y" } end
+  local own = limax.experiment { fitness = limax.fitness.height, state = state }
+  local named = limax.experiment { fitness = "height", state = state }
+  t:equal(own.config.fitness, "height")
+  t:equal({ own.config.record, own.fitness.record }, { named.config.record, named.fitness.record })
 end)
 
 suite:test("random numbers of a robot go on", function(t)
