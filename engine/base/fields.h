@@ -26,10 +26,10 @@ inline constexpr limax_field_info simulation_fields[] = {
 };
 // sigma: robots of 20 generations of README.md's first experiment moved 3.4 m along x at 0.05 to
 // 0.15, 1.3 m at 0.25, 0.6 m at 0.5 and 0.5 m at 1 (mean best of three seeds). Below 0.15 some
-// bodies of the first generation are of one material, without a muscle.
+// bodies of the first generation are of one material, without a muscle; at 0 all are of one.
 inline constexpr limax_field_info genome_fields[] = {
     {"features", "rows of B", "of the positional encoding; two inputs each", 1, 1, 1, 1024, {16}},
-    {"sigma", "1", "standard deviation of B's entries; small: large pieces", 1, 0, 0, 100, {0.15}},
+    {"sigma", "1", "standard deviation of B's entries; low: large pieces", 1, 0, 1e-3, 100, {0.15}},
     {"hidden", "neurons", "of each hidden layer", 1, 1, 1, 1024, {32}},
     {"initial_scale", "1", "factor on the initial weights", 1, 0, 0, 100, {1}},
     {"control_spread",

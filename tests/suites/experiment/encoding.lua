@@ -148,6 +148,7 @@ suite:test("a wrong encoding or variation is refused with place and remedy", fun
   end
   refused("genome.encoding.genes: its result: ",
     { encoding = { genes = function() return 0 end, express = own.express } })
+  refused("genome.sigma: expected a number from 0.001 to 100, got 0", { sigma = 0 })
   refused('genome.sigma: the encoding "direct" does not use it',
     { encoding = "direct", sigma = 0.2 })
   local function fails(message, genome)
