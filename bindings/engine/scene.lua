@@ -171,7 +171,13 @@ local function scene(entries)
   local all, known, scripted = effects(), {}, {}
   for _, effect in ipairs(all) do known[effect.name] = true end
   for name, value in pairs(entries) do
-    if not known[name] and scripted_effect.is(value) then scripted[#scripted + 1] = name end
+    if scripted_effect.is(value) then
+      if known[name] then
+        fault.raise(("scene: %s: the name is taken by an effect of limax; give your force another")
+          :format(name))
+      end
+      scripted[#scripted + 1] = name
+    end
   end
   for _, name in ipairs(scripted) do known[name] = true end
   schema.known(entries, known, "scene", function(name)

@@ -35,6 +35,10 @@ function script.compile(file)
   if text:find "[%z\1-\8\14-\26\28-\31]" then
     failure.raise(exit_usage, file .. " is not a Lua script: it has bytes that are not text")
   end
+  if text:find '"limax.robot/1"' then
+    failure.raise(exit_usage, ("%s is a robot file, not a script: in a script, limax.robot %q reads"
+      .. " it; limax modes and limax picture take the file"):format(file, file))
+  end
   failure.raise(exit_failed, (file:match "%.lua$" and "" or file .. " is not a Lua script: ")
     .. script.syntax_error(file, text, message))
 end

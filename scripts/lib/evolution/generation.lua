@@ -333,16 +333,18 @@ end
 -- Explains in one line why no robot of a generation has a score.
 local function failure_text(robots)
   local counts, reasons, diverged = {}, {}, false
+  local config = robots.world.config
   for _, row in ipairs(robots.rows) do
     diverged = diverged or row.status == "diverged"
-    local reason = ("%s: %s"):format(row.status, rows.explained(row.reason or "no reason"))
+    local reason = ("%s: %s"):format(row.status, rows.explained(row.reason or "no reason",
+      not config.trials and config.simulation or nil))
     if not counts[reason] then reasons[#reasons + 1] = reason end
     counts[reason] = (counts[reason] or 0) + 1
   end
   table.sort(reasons)
   for k, reason in ipairs(reasons) do reasons[k] = ("%d %s"):format(counts[reason], reason) end
   local world, advice = robots.world, ""
-  local step = world.config.simulation.time_step
+  local step = config.simulation.time_step
   if diverged and type(step) == "number" and step > world.first_step then
     advice = ("; simulation.time_step is %.6g s, the limit for stiff bodies is %.6g s"):format(step,
       world.first_step)

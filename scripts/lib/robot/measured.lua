@@ -22,7 +22,7 @@ function measured.outcome(self, what)
   local when = outcome and outcome.status == "diverged" and outcome.time
     and (" at t = %.4g s"):format(outcome.time + 0) or "" -- + 0: -0 becomes 0
   fail("robot %s has no %s: it is %s%s%s", row.id, what, row.status,
-    row.reason and " (" .. rows.explained(row.reason) .. ")" or "", when)
+    row.reason and " (" .. rows.explained(row.reason, self.context.options) .. ")" or "", when)
 end
 
 --- The experiment's `record` with one more entry, as a script writes it.

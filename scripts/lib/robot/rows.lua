@@ -201,10 +201,18 @@ function rows.forget(self, i)
   self.stamp = self.stamp + 1
 end
 
+local LIMITS = { speed = "max_speed", stretch = "max_stretch" }
+
 --- A reason as messages show it.
 ---@param reason string of a row or an outcome
-function rows.explained(reason)
-  return (reason:gsub("control$", "control: the controller gave a value that is not finite"))
+---@param options? table the settings of its simulation
+function rows.explained(reason, options)
+  return (reason:gsub("%a+$", function(word)
+    local field = LIMITS[word]
+    if word == "control" then return "control: the controller gave a value that is not finite" end
+    return field and ("%s beyond simulation.%s%s"):format(word, field,
+      options and options[field] and (", %.6g"):format(options[field]) or "")
+  end))
 end
 
 --- Sets status and reason of robot i from its outcomes: done if all ended well, else the status of

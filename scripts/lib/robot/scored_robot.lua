@@ -121,13 +121,18 @@ function made.genome(self)
   return population:genome(self.context.index)
 end
 
+-- Trials count from 1.
+local TRIALS = { __index = function(_, k)
+  if k == 0 then fail "robot.trials[0]: trials count from 1: robot.trials[1] is the first" end
+end }
+
 function made.trials(self)
   local row, contexts = self.row, self.context.trials
-  if not contexts then return { self } end
+  if not contexts then return setmetatable({ self }, TRIALS) end
   if not row.outcome then
     fail("robot %s has no trials yet: it has not been simulated", row.id)
   end
-  return robot_trials.each(row, self.context, scored_robot.new)
+  return setmetatable(robot_trials.each(row, self.context, scored_robot.new), TRIALS)
 end
 
 -- Fields that are computed from the outcomes.

@@ -78,7 +78,7 @@ suite:test("a robot is done if all trials end well", function(t)
   local trials = { {}, { max_speed = 1e-3 } }
   local run = limax.start(small { trials = trials }, { say = evolution.silent })
   local robots = run:generations()()
-  t:raises("none of the 6 robots can be scored %(6 diverged: trial 2: speed%)",
+  t:raises("none of the 6 robots can be scored %(6 diverged: trial 2: speed beyond",
     function() robots:simulate():score() end)
   t:equal({ robots[1].status, robots[1].trials[1].status, robots[1].trials[2].reason },
     { "diverged", "done", "speed" })

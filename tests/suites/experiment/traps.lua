@@ -367,6 +367,13 @@ suite:test("names and forms that are nearly right", function(t)
     'limax.robot { voxels = "ecs" }:replay { duraton = 2 }')
   gives(t, 2, "experiment.config was changed after limax.experiment resolved it", "", "",
     "experiment.config.simulation.duration = 2 return experiment")
+  gives(t, 1, "robot.trials[0]: trials count from 1", fitness "return robot.trials[0]:distance()")
+  gives(t, 2, "scene: gravity: the name is taken by an effect of limax",
+    'scene = { gravity = { force = "f = vec(0, 0, -m);" } }')
+  gives(t, 1, "diverged: speed beyond simulation.max_speed, 0.01", "simulation = { duration = 0.5,"
+    .. ' max_speed = 0.01, accuracy = "preview" }')
+  gives(t, 1, "diverged (speed beyond simulation.max_speed, 0.01)", "",
+    'limax.robot { voxels = "ecs" }:simulate { duration = 0.1, max_speed = 0.01 }:distance()')
   gives(t, 1, 'limax.defaults is read-only (assignment to "population")',
     "", "limax.defaults.population = 500")
   gives(t, 0, "every effect in it is false, so nothing acts", "",
@@ -404,6 +411,8 @@ suite:test("names and forms that are nearly right", function(t)
   assert(host.file.write_atomic(folder .. "/try.lua", SCRIPT:format("", 'fitness = "walk"',
     "return experiment")))
   process.fails(t, folder, 2, { "run", "try.lua", "--device", "gpu" }, 'did you mean "cuda"?')
+  limax.robot({ voxels = "e" }):save(folder .. "/rob.json")
+  process.fails(t, folder, 2, { "run", "rob.json" }, "rob.json is a robot file, not a script")
   process.fails(t, folder, 1, { "modes", "try.lua" }, "try.lua is not a robot file, which is JSON")
 end)
 
