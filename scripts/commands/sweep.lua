@@ -67,7 +67,12 @@ local function chosen(arguments)
   if arguments.run then failure.raise(2, "--run belongs to --resume") end
   if not file then failure.raise(2, "limax sweep: expected a FILE, or --resume DIR") end
   if not arguments.out then failure.raise(2, "limax sweep: expected --out DIR") end
-  return sweep.plan(run.experiment_of(file), arguments)
+  local self = sweep.plan(run.experiment_of(file), arguments)
+  if self.question then
+    output.warn(("! limax compare cannot compare runs that differ in %s; limax report shows them\n")
+      :format(self.question))
+  end
+  return self
 end
 
 -- Computes one run in this process, unless it is done or another process has it.

@@ -71,6 +71,15 @@ local function fields_of(run)
   return own, shared
 end
 
+--- A field of two configurations whose runs cannot be compared; nil if they can.
+---@return string|nil path
+function arms.other_question(one, other)
+  local _, first = fields_of { config = one, before = 0 }
+  local _, second = fields_of { config = other, before = 0 }
+  local differs = flat.differences(first, second)[1]
+  return differs and differs.path
+end
+
 -- Refuses runs with another question or another budget.
 local function check_question(first, shared, run, its)
   local list, texts = flat.differences(shared, its), {}

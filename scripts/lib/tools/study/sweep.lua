@@ -2,6 +2,7 @@
 --- folder with study.json, which `limax compare` and `limax report` read; each run is a run folder
 --- in it. A process that computes a run holds a lock in `.locks` as long as it lives.
 
+local arms = require "limax.tools.report.arms"
 local cells = require "limax.tools.study.cells"
 local choice = require "limax.base.choice"
 local failure = require "limax.base.failure"
@@ -24,6 +25,7 @@ local sweep = {}
 ---@field runs limax.sweep.run[]
 ---@field owner "own"|"other"|"edited"|"none" whose plan it is (base/seal.lua)
 ---@field key string|nil name of the key that sealed it
+---@field question string|nil of a new sweep: a field for which limax compare refuses its runs
 
 ---@class limax.sweep.run
 ---@field path string below the sweep's folder
@@ -137,11 +139,15 @@ function sweep.plan(experiment, options)
   local repetitions = options.repetitions or experiment.config.repetitions
   local fields = grid.fields(options.set)
   local points = grid.points(fields, experiment.config.name)
+  local first, question
   for _, point in ipairs(points) do
-    check_supervisor(fields, experiment:override { ("repetitions=%d"):format(repetitions),
-      unpack(point.changes) })
+    local changed = experiment:override { ("repetitions=%d"):format(repetitions),
+      unpack(point.changes) }
+    check_supervisor(fields, changed)
+    first = first or changed.config
+    question = question or arms.other_question(first, changed.config)
   end
-  local self = { out = out, runs = {}, script = script_of(experiment) }
+  local self = { out = out, runs = {}, script = script_of(experiment), question = question }
   -- repetition by repetition, so that a sweep that is stopped can be compared
   for repetition = 1, repetitions do
     for _, point in ipairs(points) do
