@@ -87,7 +87,7 @@ suite:test("several runs become arms, which are compared, with a film strip of e
     '<th scope="row">supervisor</th><td>&quot;fixed&quot;</td>', "film strip of rules, ")
   -- the comparison comes first: sentences, then a table
   local compared = page:match '<section.->(.-)</section>'
-  t:ok(compared:find "<p>rules: too few runs for any claim.- on 2 pairs of runs.</p>\n<div.-<table>"
+  t:ok(compared:find "<p>rules: too few runs for any.- all 2 pairs of runs.-</p>\n<div.-<table>"
     and compared:find('<tr><th scope="row">rules</th><td class="number">2</td>', 1, true), compared)
   t:equal(select(2, page:gsub('class="figure%-row"', "")), 4)
 end)

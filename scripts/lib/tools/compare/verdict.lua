@@ -141,6 +141,10 @@ local function in_words(row, baseline, unit)
       baseline.centre)
     on = ("%d and %d runs"):format(row.n, baseline.n)
   end
+  if test.zeros == row.n then
+    return ("%s: %s. It has the same outcome as %s on %s%s: does what differs change anything?")
+      :format(row.name, row.claim, baseline.name, row.n > 1 and "all " or "", on)
+  end
   unit = unit and unit ~= "1" and " " .. unit or ""
   if not by then
     return ("%s: %s. Its difference from %s is %+.3g%s (%s) on %s."):format(row.name, row.claim,
