@@ -131,6 +131,12 @@ function prepared.parts(robot, options)
     failure.attempt(settings.simulation_options, merged_settings(description, options))
   if not ok then engine.fail("simulate: " .. failure.bare(resolved)) end
   for _, note in ipairs(notes) do warn(note) end
+  -- an experiment has checked the scene of its robots
+  local is_own = options.scene or not description.scene
+  for _, note in ipairs(is_own and plausible.by_hand(population:body(1).counts, materials:table(),
+    scenes[1], resolved.edge) or {}) do
+    warn(note)
+  end
   for _, note in ipairs(control_notes.of(scenes[1], resolved.duration)) do warn(note) end
   return { robot = robot, population = population, materials = materials, scene = scene,
     control = control, options = resolved }

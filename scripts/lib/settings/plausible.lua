@@ -332,6 +332,29 @@ function plausible.replaced(named, scene)
     .. " limax.scenes.land { friction = false } is land without friction"
 end
 
+--- Notes about a robot by hand in a scene where it collapses or its muscles cannot move it.
+---@param counts integer[] its voxels of each material
+---@param materials table as a material file holds it
+---@param scene table its effects
+---@param edge number m
+---@return string[]
+function plausible.by_hand(counts, materials, scene, edge)
+  local used, has_muscle, list = {}, false, {}
+  for m, material in ipairs(materials.materials) do
+    used[#used + 1] = counts[m] > 0 and material or nil
+    has_muscle = has_muscle or counts[m] > 0 and material.amplitude ~= nil
+  end
+  list[1] = collapse { scene = scene, materials = { materials = used },
+    simulation = { edge = edge } }
+  if not has_muscle then return list end
+  list[#list + 1] = bottomless { scene = scene }
+  -- replaced() has a note on contacts without gravity
+  if scene.gravity or not has_any(scene, CONTACTS) then
+    list[#list + 1] = nothing_to_push { scene = scene }
+  end
+  return list
+end
+
 --- A note about genes of control in a scene that has no controller; nil if it has one.
 ---@param description limax.robot.description
 ---@param scene table its effects

@@ -253,8 +253,23 @@ suite:test("genes of control in a scene without control", function(t)
   local folder = t:folder()
   assert(host.file.write_atomic(folder .. "/try.lua", [[require("limax").robot { voxels = "ecs",
     control = { 1 } }:simulate { duration = 0.1, scene = { gravity = true, ground = true,
-    control = { signal = "a = g[0];" } } }]]))
+    friction = true, control = { signal = "a = g[0];" } } }]]))
   t:equal(process.ends(folder, { "try.lua" }).stderr, "")
+end)
+
+suite:test("a robot by hand in a scene where its muscles cannot move it", function(t)
+  local folder = t:folder()
+  local function notes(voxels, scene)
+    assert(host.file.write_atomic(folder .. "/try.lua", ('local limax = require "limax" for _ = 1,'
+      .. ' 2 do limax.robot { voxels = %q }:simulate { duration = 0.1, scene = %s } end'):format(
+      voxels, scene)))
+    return process.ends(folder, { "try.lua" }).stderr
+  end
+  local floating = "{ actuation = { frequency = 10 } }"
+  t:equal(select(2, notes("ecs", floating):gsub("scene names nothing that a body can push", "")), 1)
+  t:equal(notes("bb", floating), "")
+  t:ok(notes("b", "{ gravity = { acceleration = { 0, 0, -9e3 } } }"):find "bodies collapse")
+  t:equal(notes("ecs", "limax.scenes.land { actuation = { frequency = 10 } }"), "")
 end)
 
 suite:test("the range of a descriptor is that of all scored robots", function(t)
