@@ -78,6 +78,8 @@
     const view = limax.views[0];
     seen.key = byId("key").textContent;
     seen.up = new THREE.Vector3(0, 0, 1).applyQuaternion(view.tilt.quaternion).toArray();
+    const colors = () => String(view.mesh.geometry.attributes.color.array);
+    const before = colors();
     seen.block = [block()];
     const ok = seen.ok = { still: !differ(still, await pixels()) };
     byId("play").click();
@@ -89,6 +91,7 @@
     ok.scrubbed_back = String(await set("time", "value", 0, "input")) === String(still);
     const last = await set("time", "value", 1e9, "input");
     ok.scrubbed_to_end = differ(still, last);
+    ok.tinted = before !== colors();
     seen.block.push(block());
     seen.clock = byId("clock").textContent;
     const turned = (radians) => {

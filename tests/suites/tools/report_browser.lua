@@ -42,7 +42,7 @@ local function seen_of(t)
     supervisor = "random",
     archive = { "grid", cells = 4, descriptors = { "muscle_share", "voxel_share" } },
     simulation = { duration = 1.5, settle = 0.1, accuracy = "preview" },
-    scene = limax.scenes.slope { angle = math.rad(5),
+    scene = limax.scenes.slope { angle = math.rad(5), control = { signal = "a = sin(6 * t);" },
       boxes = { { from = { 1, -1, 0 }, to = { 1.5, 1, 0.2 } },
         { from = { 90, 90, 0 }, to = { 91, 91, 1 } } },
       spheres = { center = { -0.5, 0, 0 }, radius = 0.1 },
