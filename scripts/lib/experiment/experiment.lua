@@ -2,6 +2,7 @@
 --- fills in the defaults and resolves names (materials, tier, fitness, selection, supervisor). The
 --- result holds a plain `config` that can be written as JSON.
 
+local choice = require "limax.base.choice"
 local control_genes = require "limax.settings.control_genes"
 local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
@@ -227,7 +228,9 @@ local function named_scripts(spec, base)
 end
 
 local function add_notes(self, notes)
-  for _, note in ipairs(notes) do table.insert(self.notes, note) end
+  for _, note in ipairs(notes) do
+    if not choice.contains(self.notes, note) then table.insert(self.notes, note) end
+  end
 end
 
 -- The steps of `resolve`. Each returns a message if something is wrong.

@@ -134,15 +134,33 @@ function settings.base_rate(record)
   return rate < least and rate * math.ceil(least / rate) or rate
 end
 
+-- Notes of traces whose last sample is before the end of a run.
+local function short_traces(duration, record)
+  local function ends(rate) return math.floor(duration * rate * (1 + 1e-12)) / rate end
+  local notes = {}
+  for _, kind in ipairs(defaults.traces) do
+    local rate = record[kind] or 0
+    if rate > 0 and ends(rate) < duration * (1 - 1e-9) then
+      notes[#notes + 1] = ("record.%s: at %d Hz its last sample is at %.4g s of %.4g s, and what it"
+        .. " measures ends there; record at a rate that makes the duration whole samples"):format(
+        kind, rate, ends(rate), duration)
+    end
+  end
+  return notes
+end
+
 --- Completes checked tables in place: tier and rounding. Returns notes for the user.
 function settings.finish(simulation, record)
   apply_tier(simulation)
   local rate, time = settings.base_rate(record), simulation.duration
   -- 1e-12: division may leave a whole number of samples slightly too large
   simulation.duration = math.ceil(time * rate * (1 - 1e-12)) / rate
-  if math.abs(simulation.duration - time) <= 1e-9 * time then return {} end
-  return { ("simulation.duration is rounded up from %.9g s to %.9g s, whole samples at %d Hz")
-    :format(time, simulation.duration, rate) }
+  local notes = short_traces(simulation.duration, record)
+  if math.abs(simulation.duration - time) > 1e-9 * time then
+    table.insert(notes, 1, ("simulation.duration is rounded up from %.9g s to %.9g s, whole samples"
+      .. " at %d Hz"):format(time, simulation.duration, rate))
+  end
+  return notes
 end
 
 --- Makes the options of `engine.simulation` from finished tables.

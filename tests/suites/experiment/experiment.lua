@@ -34,7 +34,10 @@ suite:test("a duration is rounded up to whole samples, with a note", function(t)
     record = { center_of_mass = 50, energy = 20 } }
   -- 100 Hz is the least common multiple
   t:near(experiment.config.simulation.duration, 1.01)
-  t:equal(#experiment.notes, 0)
+  local ends = ": at %d Hz its last sample is at 1 s of 1.01 s"
+  t:ok(experiment.notes[1]:find("record.center_of_mass" .. ends:format(50), 1, true))
+  t:ok(experiment.notes[2]:find("record.energy" .. ends:format(20), 1, true))
+  t:equal(#experiment.notes, 2)
   experiment = changed { simulation = { duration = 1.001, settle = 0.05 } }
   t:equal(experiment.config.simulation.settle, 0.05)
   t:near(experiment.config.simulation.duration, 1.02)

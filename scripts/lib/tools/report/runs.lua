@@ -304,8 +304,9 @@ function runs.fitness_words(stored)
     end
   end
   local which = #chosen > 0 and (" (%s)"):format(table.concat(chosen, ", ")) or ""
-  return unit, ("%s%s, %s: %s"):format(name, which, unit == "1" and "no unit" or unit,
-    entry.formula)
+  local formula = entry.formula
+  if options.axis then formula = formula:gsub("|([^|]+)|", "(%1) along " .. options.axis) end
+  return unit, ("%s%s, %s: %s"):format(name, which, unit == "1" and "no unit" or unit, formula)
 end
 
 return runs
