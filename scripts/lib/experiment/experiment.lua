@@ -9,6 +9,7 @@ local engine = require "limax.engine"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
 local island_rules = require "limax.settings.island_rules"
+local named_control = require "limax.experiment.named_control"
 local named_parts = require "limax.experiment.named_parts"
 local overrides = require "limax.experiment.overrides"
 local plausible = require "limax.settings.plausible"
@@ -187,7 +188,7 @@ local function plain_scene(effects)
     failure.raise(2, ("scene: expected a table, got %s; a ready scene is called: scene ="
       .. " limax.scenes.%s()"):format(schema.show(effects), name))
   end
-  return plain(engine.scene(effects))
+  return plain(engine.scene(named_control.resolve(effects)))
 end
 
 -- The table of the materials that an experiment names; a file may lie beside it.

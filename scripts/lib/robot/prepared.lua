@@ -9,6 +9,7 @@ local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
 local function_control = require "limax.robot.function_control"
+local named_control = require "limax.experiment.named_control"
 local output = require "limax.base.output"
 local plausible = require "limax.settings.plausible"
 local robot_file = require "limax.robot.robot_file"
@@ -119,8 +120,8 @@ function prepared.parts(robot, options)
     if not size then engine.fail("simulate: materials: " .. message) end
     population = robot_file.build(description, materials)
   end
-  local named, control =
-    function_control.split(options.scene or description.scene or defaults.scene)
+  local named, control = function_control.split(
+    named_control.resolve(options.scene or description.scene or defaults.scene))
   local scene = engine.scene(named)
   local scenes = { scene:table() }
   for k, trial in ipairs(trials) do scenes[k + 1] = trial.scene end

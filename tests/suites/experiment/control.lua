@@ -101,6 +101,25 @@ suite:test("networks and oscillators act by their genes", function(t)
   t:ok(spread(coupled[70]:table()) < 0.05 and spread(coupled[5]:table()) > 0.3)
 end)
 
+suite:test("a scene may name its controller", function(t)
+  local function signal(scene, changes)
+    local experiment = limax.experiment { fitness = "walk", scene = scene }
+    return (changes and experiment:override(changes) or experiment).config.scene.control
+  end
+  local sine = { actuation = { frequency = 3 }, terrain = { spacing = 5,
+    heights = { { 0, 0 }, { 0, 0 } } } }
+  local network = signal(limax.scenes.rough(sine), { "scene.control=network",
+    "scene.control.hidden=4" })
+  t:equal({ network.frequency, network.signal }, { 3, control.network { base = "sine", hidden = 4,
+    sensors = { "strain", "strain_rate", "load", "contact", "gravity", "velocity", "spin", "clock",
+      "ahead" } }.signal })
+  t:equal(signal(limax.scenes.land { control = "sine" }).signal, control.sine().signal)
+  local by_name = walk { "reflex", gain = 2 }
+  t:same_bits(path(by_name), path(walk(control.reflex { gain = 2 })))
+  t:raises('there is no controller "netwrk"; did you mean "network"?',
+    function() signal { control = "netwrk" } end)
+end)
+
 suite:test("a function controls a robot by hand, as a text would", function(t)
   local times = {}
   local function drive(moving, time)
