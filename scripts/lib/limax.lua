@@ -22,6 +22,7 @@ local public = {
   start = { "limax.evolution.evolve", "start" },
   supervise = { "limax.supervise" },
   survival = { "limax.survival" },
+  task = { "limax.experiment.task", "new" },
   test = { "limax.test" },
   variation = { "limax.variation" },
 }
@@ -44,6 +45,7 @@ local public = {
 ---@field start fun(experiment: limax.experiment, options: table|nil): table a run, looped by hand
 ---@field supervise table supervisors by name
 ---@field survival table survival schemes by name
+---@field task fun(spec: table): limax.experiment an experiment with a score to reach for
 ---@field test table suites of scripted regressions
 ---@field variation table mutations and crossovers by name
 local limax = { version = host.version, home = host.home, engine = engine }

@@ -379,6 +379,9 @@ local function describe_parts(self)
   config.trials = self.trials.config
 end
 
+-- What a fitness by name reads of a scene.
+local needed_effect = { carry = "block", target = "target" }
+
 local function check_together(self)
   local config, parts = self.config, self.parts
   add_notes(self, plausible.notes_of_whole(config, parts))
@@ -396,10 +399,12 @@ local function check_together(self)
   if config.islands and parts.survival.name == "map_elites" then
     parts.archive.islands = config.islands.count
   end
-  for k, trial in ipairs(parts.fitness.name == "carry" and self.trials.list or {}) do
-    if not trial.scene.block then
-      return ('%sscene.block: the fitness "carry" needs one; limax.scenes.land { block = true } has'
-        .. " one"):format(config.trials and ("trials[%d]."):format(k) or "")
+  local needed = needed_effect[parts.fitness.name]
+  for k, trial in ipairs(needed and self.trials.list or {}) do
+    if not trial.scene[needed] then
+      return ("%sscene.%s: the fitness %q needs one; limax.scenes.land { %s = true } has one")
+        :format(config.trials and ("trials[%d]."):format(k) or "", needed, parts.fitness.name,
+          needed)
     end
   end
   local unfit = parts.supervisor.unfit and parts.supervisor.unfit(config)

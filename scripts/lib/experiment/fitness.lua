@@ -52,6 +52,11 @@ fitness.entries = {
     options = { axis = axis, cases = case_rule },
     record = function(options) return options.cases and path_trace() or {} end,
   },
+  target = {
+    unit = "m",
+    formula = "|g - r(0)| - |g - r(T)|, g the scene's target in the x-y plane",
+    record = no_traces,
+  },
   speed = {
     unit = "m/s; with body_lengths = true, body lengths per second",
     formula = "|r(T) - r(0)| / T, divided by the longer horizontal side of the body at rest",
@@ -122,6 +127,23 @@ function fitness.distance(robot, options)
   local whole = measured.distance(robot, "start", along)
   if not (options and options.cases) then return whole end
   return whole, parts(robot, options.cases, ({ x = 1, y = 2, z = 3 })[along])
+end
+
+--- How much nearer to the scene's target, horizontally, the centre of mass is at the end, m.
+---@param robot limax.scored_robot
+---@return number
+function fitness.target(robot)
+  local target = robot.context.scene.target
+  if not target then
+    engine.fail('scene.target: the fitness "target" needs one; limax.scenes.land { target = true }'
+      .. " has one")
+  end
+  local outcome, goal = measured.outcome(robot, "target"), target.position
+  local function away(center)
+    local x, y = goal[1] - center[0], goal[2] - center[1]
+    return math.sqrt(x * x + y * y)
+  end
+  return away(outcome.center_start) - away(outcome.center_end)
 end
 
 --- Mean horizontal speed of the whole run, m/s, or body lengths per second.

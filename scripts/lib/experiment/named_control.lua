@@ -1,5 +1,5 @@
 --- named_control.lua: controllers that a scene names: `control = "network"`, or with options
---- `control = { "network", hidden = 8 }`. Such a controller takes the place of the muscles' sine: it
+--- `control = { "network", hidden = 8 }`. It takes the place of the muscles' sine: it
 --- has its frequency, and networks begin as that sine. Sensors that are left out are all those that
 --- the controller can read and the scene has something for.
 

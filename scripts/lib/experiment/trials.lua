@@ -29,7 +29,7 @@ local trials = {}
 -- Scripts may draw numbers of this stream too, for the individuals below this one.
 local STREAM, INDIVIDUAL = "user", 2 ^ 32 - 1
 
-local rules = { scene = schema.any, materials = schema.any }
+local rules = { scene = schema.any, effects = schema.any, materials = schema.any }
 for name, rule in pairs(settings.of_trial) do rules[name] = rule end
 local check_fields = schema.fields(rules, function(name)
   for _, effect in ipairs(engine.effects()) do
@@ -50,6 +50,21 @@ local function check_materials(own, common, path)
     .. " got %s"):format(path, signs(common), signs(own))
 end
 
+-- The experiment's scene with other effects.
+local function with_effects(value, scene, path)
+  if value.scene ~= nil then
+    return nil, ("%s: scene and effects: give a whole scene, or the effects that differ from the"
+      .. " experiment's"):format(path)
+  elseif type(value.effects) ~= "table" then
+    return nil, ("%s.effects: expected a table such as { target = { position = { 1, 0, 0 } } }, got"
+      .. " %s"):format(path, schema.show(value.effects))
+  end
+  local own = {}
+  for name, effect in pairs(scene) do own[name] = effect end
+  for name, effect in pairs(value.effects) do own[name] = effect end
+  return own
+end
+
 -- The entry of a trial for config.json: its own fields, resolved.
 local function entry_of(value, path, config, read)
   if type(value) ~= "table" then
@@ -58,11 +73,15 @@ local function entry_of(value, path, config, read)
   end
   local entry, message = check_fields(value, path)
   if not entry then return nil, message end
-  for _, name in ipairs { "scene", "materials" } do
-    if value[name] ~= nil then
-      entry[name], message = read[name](value[name])
-      if message then return nil, path .. "." .. message end
-    end
+  local scene = value.scene
+  if value.effects ~= nil then
+    scene, message = with_effects(value, config.scene, path)
+    if message then return nil, message end
+    entry.effects = nil
+  end
+  for name, own in pairs { scene = scene, materials = value.materials } do
+    entry[name], message = read[name](own)
+    if message then return nil, path .. "." .. message end
   end
   message = entry.materials and check_materials(entry.materials, config.materials, path)
   if message then return nil, message end
@@ -106,6 +125,7 @@ local function complete(entry, config, path, notes)
   entry.duration = entry.duration and simulation.duration
   local scene = entry.scene or config.scene
   local view = { scene = scene, simulation = simulation, lattice = config.lattice,
+    fitness = config.fitness,
     materials = entry.materials or config.materials }
   own[#own + 1] = entry.scene and plausible.dropped(scene, config.scene)
   local engine_scene = engine.scene(scene)

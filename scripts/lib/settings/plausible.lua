@@ -78,13 +78,13 @@ local function covered_terrain(scene)
 end
 
 -- What no controller of the scene senses: its target, and noise and delay of sensors.
-local function not_sensed(scene, inputs)
+local function not_sensed(scene, inputs, fitness)
   local sensed, is_measured, list = {}, false, {}
   for _, input in ipairs(inputs) do sensed[input:match "^[^.]*"] = true end
   for _, sensor in ipairs(engine.sensors()) do
     is_measured = is_measured or sensor.measured and sensed[sensor.name]
   end
-  if scene.target and not sensed.target and not sensed.target_distance then
+  if scene.target and fitness ~= "target" and not sensed.target and not sensed.target_distance then
     list[1] = "scene.target acts only on a controller that reads target or target_distance, and"
       .. " none does"
   end
@@ -396,7 +396,7 @@ end
 ---@param config table a resolved configuration
 ---@param inputs string[] what the scene's controller reads
 function plausible.notes(config, inputs)
-  local list = not_sensed(config.scene, inputs)
+  local list = not_sensed(config.scene, inputs, config.fitness)
   list[#list + 1] = sticking(config)
   list[#list + 1] = upwards(config.scene)
   list[#list + 1] = sideways(config.scene)

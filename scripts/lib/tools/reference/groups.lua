@@ -10,7 +10,8 @@ local of_engine = require "limax.tools.reference.engine_groups"
 
 local ROBOT = 'robot = limax.robot { voxels = "ecs\\nece\\n\\nsbs\\ncec" }'
 local RECORDED = ROBOT .. ':simulate { duration = 0.2, device = "cpu", '
-  .. "scene = limax.scenes.land { block = true }, record = { center_of_mass = 50, contact = 50, "
+  .. "scene = limax.scenes.land { block = true, target = true }, "
+  .. "record = { center_of_mass = 50, contact = 50, "
   .. "energy = 50, strain = 50, ledger = 50, block = 50 } }"
 local SMALL = '{ fitness = "walk", lattice = { 2, 2, 2 }, population = 6, repetitions = 1, '
   .. "generations = 2, genome = { sigma = 4 }, simulation = { duration = 0.5 } }"
@@ -178,6 +179,7 @@ height  limax.fitness.height(robot)
 efficiency  limax.fitness.efficiency(robot)
 straightness  limax.fitness.straightness(robot)
 carry  limax.fitness.carry(robot)
+target  limax.fitness.target(robot)
 get  limax.fitness.get("walk").call(robot)
 entries  limax.fitness.entries.walk.formula
 ]] },

@@ -1,0 +1,159 @@
+--- task.lua: `limax task`: lists the tasks, runs one, and scores the champions of a run on worlds
+--- that no run has seen.
+
+local bootstrap = require "limax.base.statistics.bootstrap"
+local engine = require "limax.engine"
+local experiments = require "limax.experiment.experiment"
+local failure = require "limax.base.failure"
+local host = require "limax.host"
+local output = require "limax.base.output"
+local robot = require "limax.robot.robot"
+local run = require "limax.commands.run"
+local runs = require "limax.tools.report.runs"
+local scoring = require "limax.robot.scoring"
+local sample = require "limax.base.statistics.sample"
+local script = require "limax.base.script"
+local scripts = require "limax.run.scripts"
+local source = require "limax.base.source"
+local task = require "limax.experiment.task"
+
+local FOLDER = host.home .. "/scripts/tasks"
+local WORLDS = 32
+-- The last repetition that random numbers have: worlds of it and those before are of no run.
+local FRESH = 2 ^ 24 - 1
+
+local command = {
+  summary = "list tasks with a score to reach for, run one, or score a run",
+  usage = "limax task list\n       limax task run NAME|FILE [options]\n       limax task score DIR",
+  text = [[
+A task is an experiment whose score others can reach for: scripts/TASKS.md. `run` takes all options
+of `limax run`. `score` simulates the champion of the last generation at `publish`, on 32 worlds
+that no run has seen where a task draws its worlds, and writes the mean of its scores.]],
+  positional = { least = 1, most = 2, name = "list, run or score" },
+  options = {
+    { name = "small", text = "run: the task's small budget, for a first look" },
+    { name = "controller", argument = "NAME",
+      text = "run: sine, reflex, network, central or oscillators instead of the muscles' sine" },
+  },
+}
+for _, option in ipairs(run.options) do
+  if option.name ~= "resume" and option.name ~= "from" and option.name ~= "changed" then
+    table.insert(command.options, option)
+  end
+end
+
+local function path_of(name)
+  return name:find "[/.]" and name or ("%s/%s.lua"):format(FOLDER, name)
+end
+
+-- The experiment of a task, and what makes it one.
+local function task_of(path)
+  local value = script.run(path)
+  local facts = experiments.is(value) and task.of(value)
+  if not facts then
+    failure.raise(2, ("%s returns no task: it should end in `return limax.task { ... }`"):format(
+      path))
+  end
+  return value, facts
+end
+
+local function names()
+  local list = {}
+  for _, file in ipairs(host.file.list(FOLDER)) do
+    list[#list + 1] = file:match "^(.*)%.lua$"
+  end
+  table.sort(list)
+  return list
+end
+
+local function list()
+  for _, name in ipairs(names()) do
+    local _, facts = task_of(path_of(name))
+    output.write(("%-10s version %d. %s\n"):format(name, facts.version, facts.about.measured),
+      ("%-10s A passive body: %s\n"):format("", facts.about.passive),
+      ("%-10s A fixed gait: %s\n"):format("", facts.about.fixed))
+  end
+end
+
+local function start(arguments)
+  local path, changes = path_of(arguments[2]), {}
+  if host.file.exists(path) ~= "file" then
+    failure.raise(2, ("there is no task %q; the tasks are %s"):format(arguments[2],
+      table.concat(names(), ", ")))
+  end
+  local _, facts = task_of(path)
+  for _, text in ipairs(arguments.small and facts.small or {}) do changes[#changes + 1] = text end
+  if arguments.controller then changes[#changes + 1] = "scene.control=" .. arguments.controller end
+  for _, text in ipairs(arguments.set or {}) do changes[#changes + 1] = text end
+  local own = source.copy(arguments)
+  own[1], own[2], own.set = path, nil, changes
+  return run.run(own)
+end
+
+-- The worlds in which a champion is scored, in lists as a generation draws them.
+local function worlds_of(experiment)
+  if type(experiment.spec.trials) ~= "function" then return { experiment.trials.list } end
+  local lists, count = {}, 0
+  while count < WORLDS do
+    lists[#lists + 1] = experiment.trials:of(FRESH - #lists)(0)
+    count = count + #lists[#lists]
+  end
+  return lists
+end
+
+-- The scores of a champion in each world.
+local function scores_of(one, experiment, lists, device)
+  local description, message = runs.description(one, one.lines[#one.lines])
+  if not description then failure.raise_damaged(message) end
+  description.materials = one.config.materials
+  local scores = {}
+  for _, worlds in ipairs(lists) do
+    for _, world in ipairs(worlds) do
+      description.trials = { { scene = world.scene, simulation = world.options } }
+      local walked = robot.of(description):simulate { accuracy = "publish", device = device }
+      local value, _, wrong
+      if walked.status == "done" then
+        value, _, wrong = scoring.call(experiment.fitness.call, walked)
+      end
+      if not value then
+        failure.raise(1, ("%s: its champion has no score in a world: %s"):format(
+          runs.champion(one, one.lines[#one.lines]), wrong or walked.reason))
+      end
+      scores[#scores + 1] = value
+    end
+  end
+  return scores
+end
+
+local function score(arguments)
+  local folder = runs.read(arguments[2])
+  local config = folder.runs[1].config
+  local experiment = scripts.run_copy(folder.runs[1].folder)
+  if not experiments.is(experiment) or not task.of(experiment) then
+    failure.raise(2, arguments[2] .. " is no run of a task")
+  end
+  local version = task.of(experiment).version
+  experiment = experiment:override(config.run.overrides)
+  local lists, device = worlds_of(experiment), engine.device(arguments.device or "auto")
+  for _, one in ipairs(folder.runs) do
+    if #one.lines > 0 then
+      local scores = scores_of(one, experiment, lists, device)
+      local low, high = bootstrap.interval(scores, sample.mean)
+      output.write(("%s, version %d, repetition %d: %.4g (95 %% interval %.4g to %.4g, %d"
+        .. " worlds)\n"):format(config.name, version, one.repetition, sample.mean(scores), low,
+        high, #scores))
+    end
+  end
+end
+
+--- Runs the command.
+function command.run(arguments)
+  local action = arguments[1]
+  if action == "list" and not arguments[2] then return list() end
+  if (action == "run" or action == "score") and arguments[2] then
+    return (action == "run" and start or score)(arguments)
+  end
+  failure.raise(2, "limax task: expected list, run NAME or score DIR")
+end
+
+return command

@@ -1,0 +1,53 @@
+--- task.lua: tasks: experiments with a score that others can reach for. A task is an experiment
+--- with three fields more: a `version`, which changes when scores are no longer comparable, what it
+--- is `about`, and a `small` budget. Worlds that differ are its `trials`.
+
+local choice = require "limax.base.choice"
+local experiments = require "limax.experiment.experiment"
+local host = require "limax.host"
+local schema = require "limax.engine.schema"
+local strict = require "limax.engine.strict"
+
+local task = strict.module "limax.task"
+
+---@class limax.task
+---@field version integer
+---@field about { measured: string, passive: string, fixed: string } a sentence each: what the score
+--- is, what a body without muscles gets, what a gait that senses nothing can get
+---@field small string[] changes as `--set` takes them
+
+-- by experiment
+local facts = setmetatable({}, { __mode = "k" })
+
+local sentence = schema.required(schema.string)
+local check = schema.fields {
+  version = schema.whole(1, 1e6, 1),
+  about = schema.required(schema.fields { measured = sentence, passive = sentence,
+    fixed = sentence }),
+}
+
+--- A task, as an experiment.
+---@param spec table as for limax.experiment, with `version`, `about { measured, passive, fixed }`
+--- and `small`, changes by their path: `small = { population = 12, ["simulation.duration"] = 2 }`
+---@return limax.experiment
+function task.new(spec)
+  spec = schema.demand(schema.table, spec, "limax.task")
+  local fields = {}
+  for name, value in pairs(spec) do fields[name] = value end
+  local own = schema.demand(check, { version = spec.version, about = spec.about }, "limax.task")
+  fields.version, fields.about, fields.small, own.small = nil, nil, nil, {}
+  local small = schema.demand(schema.table, spec.small or {}, "limax.task: small")
+  for _, path in ipairs(choice.sorted_keys(small)) do
+    table.insert(own.small, ("%s=%s"):format(path, host.json.encode(small[path])))
+  end
+  local experiment = experiments.new(fields)
+  facts[experiment] = own
+  return experiment
+end
+
+--- What makes an experiment a task; nil for any other.
+---@param experiment limax.experiment
+---@return limax.task|nil
+function task.of(experiment) return facts[experiment] end
+
+return strict.close("limax.task", task)
