@@ -1,6 +1,6 @@
 --- push.lua: a task: walk straight on although a kick from the left or the right comes at one of
---- four times: a change of velocity of 0.75 m/s within 50 ms. A GPU compiles a kernel for each of the
---- eight kicks, once, because numbers of a text are part of it.
+--- four times: a change of velocity of 0.75 m/s within 50 ms. A GPU compiles a kernel for each of
+--- the eight kicks, once, because numbers of a text are part of it.
 
 local limax = require "limax"
 
