@@ -4,8 +4,10 @@
 
 local choice = require "limax.base.choice"
 local experiments = require "limax.experiment.experiment"
+local failure = require "limax.base.failure"
 local host = require "limax.host"
 local schema = require "limax.engine.schema"
+local source = require "limax.base.source"
 local strict = require "limax.engine.strict"
 
 local task = strict.module "limax.task"
@@ -31,12 +33,19 @@ local check = schema.fields {
 --- and `small`, changes by their path: `small = { population = 12, ["simulation.duration"] = 2 }`
 ---@return limax.experiment
 function task.new(spec)
-  spec = schema.demand(schema.table, spec, "limax.task")
+  local function required(rule, value, path)
+    local result, message = rule(value, path)
+    if not result then
+      -- a script ends in `return limax.task { ... }`, which leaves no line
+      failure.raise(2, message, (source.caller() or "limax.task") .. ": ")
+    end
+    return result
+  end
   local fields = {}
-  for name, value in pairs(spec) do fields[name] = value end
-  local own = schema.demand(check, { version = spec.version, about = spec.about }, "limax.task")
+  for name, value in pairs(required(schema.table, spec, "limax.task")) do fields[name] = value end
+  local own = required(check, { version = spec.version, about = spec.about or {} }, "limax.task")
   fields.version, fields.about, fields.small, own.small = nil, nil, nil, {}
-  local small = schema.demand(schema.table, spec.small or {}, "limax.task: small")
+  local small = required(schema.table, spec.small or {}, "limax.task: small")
   for _, path in ipairs(choice.sorted_keys(small)) do
     table.insert(own.small, ("%s=%s"):format(path, host.json.encode(small[path])))
   end

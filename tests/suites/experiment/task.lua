@@ -56,6 +56,10 @@ suite:test("every task runs with its small budget, and its champion is scored", 
     t:equal(process.completes(t, folder, { "task", "score", name }).stdout, scored)
   end
   process.fails(t, folder, 2, { "task", "run", "targte" }, 'there is no task "targte"')
+  process.write(folder .. "/own.lua", [[return require("limax").task { fitness = "walk",
+    about = { measured = "x", passive = "y" } }]])
+  process.fails(t, folder, 2, { "task", "run", "own.lua" },
+    "own.lua: limax.task.about.fixed: is missing")
   process.fails(t, folder, 2, { "task", "score" }, "expected list, run NAME or score DIR")
   process.fails(t, folder, 2, { "task", "run", "target", "--controller", "netwrk" },
     'did you mean "network"?')
