@@ -15,7 +15,7 @@ local PUBLIC = {
   limax = "scripts/lib/limax", ["limax.encoding"] = "scripts/lib/experiment/encoding",
   ["limax.engine"] = "bindings/engine/engine",
   ["limax.archive"] = "scripts/lib/experiment/archive",
-  ["limax.control"] = "scripts/lib/experiment/control",
+  ["limax.control"] = "scripts/lib/settings/control",
   ["limax.fitness"] = "scripts/lib/experiment/fitness",
   ["limax.scenes"] = "scripts/lib/settings/scenes",
   ["limax.selection"] = "scripts/lib/experiment/selection",

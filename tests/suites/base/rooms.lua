@@ -16,7 +16,7 @@ local ROOMS = { "bindings/engine/", "scripts/lib/base/", "scripts/lib/settings/"
 local PUBLIC = { ["limax"] = "scripts/lib/limax.lua",
   ["limax.engine"] = "bindings/engine/engine.lua",
   ["limax.archive"] = "scripts/lib/experiment/archive.lua",
-  ["limax.control"] = "scripts/lib/experiment/control.lua",
+  ["limax.control"] = "scripts/lib/settings/control.lua",
   ["limax.fitness"] = "scripts/lib/experiment/fitness.lua",
   ["limax.scenes"] = "scripts/lib/settings/scenes.lua",
   ["limax.selection"] = "scripts/lib/experiment/selection.lua",

@@ -256,7 +256,7 @@ stairs  limax.scenes.stairs { step = 0.05, depth = 0.3, count = 5 }
 corner  limax.scenes.corner { distance = 1 }
 rough  limax.scenes.rough({ roughness = 0.05, seed = 1 }).terrain.spacing
 ]] },
-  { title = "limax.control", files = { "scripts/lib/experiment/control.lua" }, holder = "control.",
+  { title = "limax.control", files = { "scripts/lib/settings/control.lua" }, holder = "control.",
     text = "Controllers: each returns what a scene's `control` takes ([CONTROL.md](CONTROL.md)).",
     prefix = "limax.control.",
     examples = [[
