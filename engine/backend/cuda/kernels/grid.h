@@ -245,7 +245,6 @@ struct grid_robot {
         store_drive();
         return true;
     }
-    __device__ void load_springs() const {}
 
     // Stores what the controller's last tick makes of the springs' parameters.
     __device__ void store_drive() const {
