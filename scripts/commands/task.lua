@@ -149,6 +149,13 @@ end
 --- Runs the command.
 function command.run(arguments)
   local action = arguments[1]
+  for _, option in ipairs(action ~= "run" and command.options or {}) do
+    local value = arguments[(option.name:gsub("-", "_"))]
+    local is_set = value and (type(value) ~= "table" or #value > 0)
+    if is_set and not (action == "score" and option.name == "device") then
+      failure.raise(2, ("--%s belongs to limax task run"):format(option.name))
+    end
+  end
   if action == "list" and not arguments[2] then return list() end
   if (action == "run" or action == "score") and arguments[2] then
     return (action == "run" and start or score)(arguments)

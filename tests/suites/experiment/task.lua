@@ -60,6 +60,8 @@ suite:test("every task runs with its small budget, and its champion is scored", 
     about = { measured = "x", passive = "y" } }]])
   process.fails(t, folder, 2, { "task", "run", "own.lua" },
     "own.lua: limax.task.about.fixed: is missing")
+  process.fails(t, folder, 2, { "task", "score", "edge", "--small" },
+    "--small belongs to limax task run")
   process.fails(t, folder, 2, { "task", "score" }, "expected list, run NAME or score DIR")
   process.fails(t, folder, 2, { "task", "run", "target", "--controller", "netwrk" },
     'did you mean "network"?')
