@@ -185,6 +185,7 @@ LIMAX_LAW double stable_step_of_block(const Scene& scene, scheme method, double 
         if constexpr (is_contact<E>) {
             const bool flat = same_type<E, ground> || same_type<E, planes>;
             const double share = flat ? block::most_of_corners : 8 * block::most_of_place;
+            if (!scene.has(index_of<E>)) return;
             for (int i = 0; i < scene.instances(index_of<E>); ++i) {
                 const stiffness_damping one =
                     contact_bound(E::template make<double>(scene.values(index_of<E>, i), origin),

@@ -3,10 +3,21 @@
 #pragma once
 
 #include "body/spring_laws.h"
+#include "physics/effects/all.h"
+#include "physics/effects/change.h"
 #include "physics/effects/control.h"
 #include "physics/sensors.h"
 
 namespace limax {
+
+namespace sensors {
+
+template <class R>
+LIMAX_LAW R place_along(int voxel, int voxels) {
+    return R(2 * voxel + 1) / R(voxels) - R(1);
+}
+
+}  // namespace sensors
 
 // A voxel as its controller finds it: the muscle's gain, s amplitude weight, which is the relative
 // change of rest length at an activation of 1; its phase, rad; and one over the mass of the
@@ -59,6 +70,29 @@ LIMAX_LAW drive_change<float> driven_spring(const drive_change<R>& change, R res
         return {float(stiffness * (rest + change.at_tick)), float(stiffness * change.per_step)};
 }
 
+// What a voxel's muscle at an activation, and its growth, make of rest lengths, relative to them,
+// at `time`, s since the muscles began. `in` is a scene as in bound.h.
+template <class Scene, class R>
+LIMAX_LAW R drive_of(const Scene& in, R gain, R activation, const lattice& grid, int64_t voxel,
+                     int material, double time) {
+    using namespace effects;
+    R drive = gain * activation;
+    if (in.has(index_of<damage>)) {
+        const vector<R> place{
+            sensors::place_along<R>(int(voxel % grid.nx), grid.nx),
+            sensors::place_along<R>(int(voxel / grid.nx % grid.ny), grid.ny),
+            sensors::place_along<R>(int(voxel / (int64_t(grid.nx) * grid.ny)), grid.nz)};
+        for (int i = 0; i < in.instances(index_of<damage>); ++i)
+            if (damage::stops(in.values(index_of<damage>, i), place, time)) drive = R(0);
+    }
+    if (in.has(index_of<growth>))
+        for (int i = 0; i < in.instances(index_of<growth>); ++i) {
+            const double* values = in.values(index_of<growth>, i);
+            if (int(values[0]) == material) drive += R(growth::strain_at(values, time));
+        }
+    return drive;
+}
+
 namespace sensors {
 
 // NaN becomes 0: the robot ends.
@@ -74,11 +108,6 @@ LIMAX_LAW effects::actuation::clock clock_of(const double* values) {
     using effects::control;
     const double clock[] = {values[control::at_frequency], 0.0};
     return effects::actuation::make_clock(clock, 1.0 / values[control::at_rate]);
-}
-
-template <class R>
-LIMAX_LAW R place_along(int voxel, int voxels) {
-    return R(2 * voxel + 1) / R(voxels) - R(1);
 }
 
 // Whether the lattice goes on across face `side` of a voxel, and by how much the number of the

@@ -58,9 +58,10 @@ effects::node_state<double> node_of(const spring_body& body, const moving_masses
         1.0 / mass};
 }
 
-// The energy stored in contacts, J.
+// The energy stored in contacts at a time, s since the muscles began, J.
 template <class S>
-double contact_energy(const spring_body& body, const scene& scene, const moving_masses<S>& masses) {
+double contact_energy(const spring_body& body, const scene& scene, const moving_masses<S>& masses,
+                      double time) {
     const double world[3] = {0, 0, 0};
     double sum = 0;
     for (int32_t i = 0; i < body.masses; ++i) {
@@ -70,7 +71,7 @@ double contact_energy(const spring_body& body, const scene& scene, const moving_
                 for (int j = 0; j < scene.instances(effects::index_of<E>); ++j)
                     sum += effects::energy_of_mass<E>(
                         effects::make_params<E, double>(scene.values(effects::index_of<E>, j),
-                                                        world, scene.heights()),
+                                                        world, scene.heights(), time),
                         node);
         });
     }
@@ -127,29 +128,36 @@ void add_spring_powers(const spring_body& body, const scene& scene, const moving
     });
 }
 
-// Adds what each effect on masses takes and gives by its force.
+// Adds what each effect on masses takes and gives by its force at a time, s since the muscles
+// began. What drives a surface that moves adds the work of its pushes.
 template <class S>
 void add_node_powers(const spring_body& body, const scene& scene, const moving_masses<S>& masses,
-                     powers& sum) {
+                     double time, powers& sum) {
     using namespace effects;
     const double world[3] = {0, 0, 0};
     for_each([&]<class E>(E) {
         if constexpr (pushes_masses<E>) {
             for (int j = 0; j < scene.instances(index_of<E>); ++j) {
-                const auto params =
-                    make_params<E, double>(scene.values(index_of<E>, j), world, scene.heights());
-                double power = 0;
+                const auto params = make_params<E, double>(scene.values(index_of<E>, j), world,
+                                                           scene.heights(), time);
+                const vector<double> of_surface = in_world(params, vector<double>{0, 0, 0});
+                double power = 0, driven = 0;
                 for (int32_t i = 0; i < body.masses; ++i) {
                     const int32_t site = body.sites[i];
                     node_state<double> node = node_of(body, masses, site);
                     vector<double> force{}, stored{};
                     add_force<E>(params, node, force);
-                    node.velocity = {0, 0, 0};
+                    node.velocity = of_surface;
                     if constexpr (stores_energy_on_masses<E>) add_force<E>(params, node, stored);
-                    power += (force.x - stored.x) * masses.velocity[0][site] +
-                             (force.y - stored.y) * masses.velocity[1][site] +
-                             (force.z - stored.z) * masses.velocity[2][site];
+                    const vector<double> velocity{double(masses.velocity[0][site]),
+                                                  double(masses.velocity[1][site]),
+                                                  double(masses.velocity[2][site])};
+                    const vector<double> slip = relative_to(params, velocity);
+                    power += (force.x - stored.x) * slip.x + (force.y - stored.y) * slip.y +
+                             (force.z - stored.z) * slip.z;
+                    if constexpr (moves<E>) driven += dot(force, of_surface);
                 }
+                sum.of[work_other] += driven;
                 sum.of[account_of<E>()] += power;
             }
         }

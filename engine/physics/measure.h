@@ -68,10 +68,10 @@ strains measure_strain(const spring_body& body, const R* const position[3]) {
 }
 
 // `moment` and `rate` are the actuation's and its derivative, zero without it. `velocity` is at
-// the same time as `position`.
+// the same time as `position`, `time` since the muscles began, s.
 template <class R>
 energies measure_energy(const spring_body& body, const scene& scene, const R* const position[3],
-                        const R* const velocity[3], const double origin[3],
+                        const R* const velocity[3], const double origin[3], double time,
                         const effects::actuation::moment<double>& moment,
                         const effects::actuation::moment<double>& rate) {
     using namespace effects;
@@ -111,7 +111,7 @@ energies measure_energy(const spring_body& body, const scene& scene, const R* co
                 for (int i = 0; i < scene.instances(index_of<E>); ++i)
                     (same_type<E, gravity> ? result.gravitational : result.elastic) +=
                         energy_of_mass<E>(make_params<E, double>(scene.values(index_of<E>, i),
-                                                                 world, scene.heights()),
+                                                                 world, scene.heights(), time),
                                           node);
             }
         });

@@ -172,12 +172,24 @@ void scene::add_script(const std::string& name, const std::string& text,
         require_range((place + ".bound.damping").c_str(), bound[1], 0, most_damping, "N s/m");
         added.bound = {bound[0], bound[1]};
     }
+    require_parameters(place, added.law.parameters);
     const auto at =
         std::lower_bound(scripts_.begin(), scripts_.end(), name,
                          [](const scripted_effect& a, const std::string& b) { return a.name < b; });
     if (at != scripts_.end() && at->name == name)
         fail(LIMAX_INVALID_ARGUMENT, format("scene: effect '%s' is named twice", name.c_str()));
     scripts_.insert(at, std::move(added));
+}
+
+// Refuses `added` more numbers than the scene's scripts may have as parameters.
+void scene::require_parameters(const std::string& place, int added) const {
+    for (const scripted_effect& script : scripts_) added += script.law.parameters;
+    added += controller_.parameters;
+    if (added > scripted::most_parameters)
+        fail(LIMAX_INVALID_ARGUMENT,
+             format("%s: with it the scripts of the scene have %d numbers as parameters; at most "
+                    "%d are possible",
+                    place.c_str(), added, scripted::most_parameters));
 }
 
 effects::stiffness_damping scene::script_bound() const {
@@ -193,7 +205,10 @@ void scene::set_controller(const std::string& text,
                            const std::vector<scripted::parameter>& parameters) {
     if (!has(effects::index_of<effects::control>))
         fail(LIMAX_INVALID_ARGUMENT, "scene.control.signal is set, but the scene has no control");
-    controller_ = scripted::compile_controller("scene.control.signal", text, parameters);
+    controller_ = {};
+    scripted::program law = scripted::compile_controller("scene.control.signal", text, parameters);
+    require_parameters("scene.control.signal", law.parameters);
+    controller_ = std::move(law);
 }
 
 void scene::check() const {
@@ -212,6 +227,12 @@ void scene::check() const {
             fail(LIMAX_INVALID_ARGUMENT,
                  "scene.control.signal reads the block, but the scene has no block");
     }
+    const unsigned changes = mask_ & effects::change_bits;
+    if (changes && !has(effects::index_of<effects::control>))
+        fail(LIMAX_INVALID_ARGUMENT,
+             format("scene: effect '%s' acts on controlled muscles: name control instead of "
+                    "actuation (control = \"sine\" drives them alike)",
+                    changes & effects::bit<effects::damage> ? "damage" : "growth"));
     effects::for_each([&]<class E>(E) {
         constexpr int index = effects::index_of<E>;
         if constexpr (requires { E::problem(instances_[index][0].data()); })

@@ -87,6 +87,8 @@ public:
     effects::height_table heights() const { return {heights_.data(), heights_nx_, heights_ny_}; }
 
 private:
+    void require_parameters(const std::string& place, int added) const;
+
     unsigned mask_ = 0;
     std::vector<std::vector<double>> defaults_;                // [effect][component]
     std::vector<std::vector<std::vector<double>>> instances_;  // [effect][instance][component]

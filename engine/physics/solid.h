@@ -148,12 +148,14 @@ LIMAX_LAW void meet_contacts(const block_params& law, const view& block, load& o
                              const EachContact& each_contact, const Keep& keep) {
     const double share = effects::block::corner_share * law.mass;
     for (int corner = 0; corner < 8; ++corner) {
+        [[maybe_unused]] int32_t moving = 0;  // contacts that move, so far
         const vector arm = to_world(block.frame, {corner & 1 ? law.half.x : -law.half.x,
                                                   corner & 2 ? law.half.y : -law.half.y,
                                                   corner & 4 ? law.half.z : -law.half.z});
         const effects::node_state<double> node{plus(block.place, 1.0, arm),
                                                read_velocity_at(block, arm), share, 1.0 / share};
         each_contact([&]<class E>(E, const auto& params) {
+            if constexpr (effects::moves<E>) ++moving;
             const auto point = E::surface(params, node.position);
             if (!(point.depth > 0)) return;
             vector normal{0, 0, 0};
@@ -161,10 +163,28 @@ LIMAX_LAW void meet_contacts(const block_params& law, const view& block, load& o
             const double push = effects::push_at(params, point, node);
             add_force(on, {push * normal.x, push * normal.y, push * normal.z}, arm, 1.0);
             const double spring = params.stiffness * point.depth;
-            keep(touch{
-                -1, arm, normal, push, 0.5 * spring * point.depth, push - spring, {0, 0, 0}, 0});
+            keep(touch{effects::moves<E> ? -1 - moving : -1,
+                       arm,
+                       normal,
+                       push,
+                       0.5 * spring * point.depth,
+                       push - spring,
+                       {0, 0, 0},
+                       0});
         });
     }
+}
+
+// The velocity of the surface that a corner touches, m/s. each_contact as above.
+template <class EachContact>
+LIMAX_LAW vector surface_velocity(const touch& at, const EachContact& each_contact) {
+    vector found{0, 0, 0};
+    int32_t moving = 0;
+    each_contact([&]<class E>(E, const auto& params) {
+        if constexpr (effects::moves<E>)
+            if (at.site == -1 - ++moving) found = params.surface_velocity;
+    });
+    return found;
 }
 
 // ---- after the kick ----
@@ -243,17 +263,18 @@ LIMAX_LAW vector friction_impulse(const block_params& law, const moment& moment,
 // the block, N s and N m s. Each impulse depends on all others, so they are gone through again
 // until none changes. each(visit) calls visit(touch) for each in order, and keeps what is changed;
 // of what touches, before(touch) is how it moved before this step's forces and after(touch) how it
-// moves now, m/s, inverse_mass(touch) 1/kg, 0 of what is held, and give(touch, impulse) gives it an
-// impulse and returns what it took of it, N s.
-template <class Each, class Before, class After, class InverseMass, class Give>
+// moves now, m/s, inverse_mass(touch) 1/kg, 0 of what is held, grip(place) the factor on friction
+// there, and give(touch, impulse) gives it an impulse and returns what it took of it, N s.
+template <class Each, class Before, class After, class InverseMass, class Grip, class Give>
 LIMAX_LAW void rub(const friction_params& friction, const block_params& law, state& block,
                    const moment& moment, double h, motion& rubbed, const Each& each,
                    const Before& before, const After& after, const InverseMass& inverse_mass,
-                   const Give& give) {
+                   const Grip& grip, const Give& give) {
     each([&](auto& at) {
         const vector there = velocity_at(moment, block.now, at.arm);
-        at.limit = friction_limit(friction, law, moment, at, minus(before(at), there),
-                                  inverse_mass(at), h);
+        at.limit = grip(plus(block.place, 1.0, at.arm)) * friction_limit(friction, law, moment, at,
+                                                                         minus(before(at), there),
+                                                                         inverse_mass(at), h);
     });
     bool changes = true;
     for (int sweep = 0; changes && sweep < most_sweeps; ++sweep) {

@@ -45,13 +45,22 @@ public:
         for (active_effect& active : active_)
             effects::for_each([&]<class E>(E) {
                 if constexpr (effects::acts_on_masses<E>) {
-                    if (active.index != effects::index_of<E>) return;
-                    const auto params = effects::make_params<E, S>(
-                        scene_.values(active.index, active.instance), origin, scene_.heights());
-                    static_assert(sizeof params <= sizeof active.params);
-                    std::memcpy(active.params, &params, sizeof params);
+                    if (active.index == effects::index_of<E>) make<E>(active);
                 }
             });
+        patches_.clear();
+        each_of<effects::patches>([&](const auto& params) { patches_.push_back(params); });
+    }
+    // Moves contacts that move to where they are at a time, s since the muscles began.
+    void move(double time) {
+        if (!(scene_.mask() & effects::motion_bits)) return;
+        time_ = time;
+        for (active_effect& active : active_)
+            effects::for_each([&]<class E>(E) {
+                if constexpr (effects::moves<E>)
+                    if (active.index == effects::index_of<E>) make<E>(active);
+            });
+        if (block_) block_->move(origin_, time);
     }
 
     // Muscles rest while the body settles, before tick 0.
@@ -99,6 +108,7 @@ public:
 
     // Fills the forces on the robot's masses, whose state is `seen`.
     void evaluate(const mass_arrays<S>& seen, int64_t tick) {
+        move(double(tick) * tick_);
         columns_.show_springs(seen);
         passes_of<S>(passes_).pair[variant(tick)](columns_.springs, moment<S>(tick));
         act_on_masses(seen, tick);
@@ -155,7 +165,8 @@ public:
                 for (const active_effect& contact : active_)
                     if (const auto slip = passes.slip[contact.index])
                         recorded(masses, active.index, h, [&] {
-                            slip(masses, contact.touching, contact.params, active.params, h);
+                            slip(masses, contact.touching, contact.params, active.params, patches_,
+                                 h);
                         });
         if (block_) block_->rub_contacts(double(h));
     }
@@ -165,8 +176,9 @@ public:
         if (block_) block_->drift(dt, predicted, share);
     }
 
-    // The pushes of all contacts on the masses as they are, without damping, [site].
-    void static_pushes(std::vector<S>& out) const {
+    // The pushes of all contacts on the masses as they are at a time, without damping, [site].
+    void static_pushes(std::vector<S>& out, double time) {
+        move(time);
         const auto& position = columns_.masses.position;
         std::fill(out.begin(), out.end(), S(0));
         for (const active_effect& active : active_)
@@ -204,6 +216,24 @@ public:
     }
 
 private:
+    // Makes the parameters of an instance.
+    template <class E, class Active>
+    void make(Active& active) {
+        const auto params = effects::make_params<E, S>(scene_.values(active.index, active.instance),
+                                                       origin_, scene_.heights(), time_);
+        static_assert(sizeof params <= sizeof active.params);
+        std::memcpy(active.params, &params, sizeof params);
+    }
+    // Calls visit(params) for each instance of an effect.
+    template <class E, class Visit>
+    void each_of(const Visit& visit) const {
+        for (const auto& active : active_) {
+            if (active.index != effects::index_of<E>) continue;
+            typename E::template params<S> params;
+            std::memcpy(&params, active.params, sizeof params);
+            visit(params);
+        }
+    }
     // The passes of a resting body are those of a scene without actuation.
     unsigned variant(int64_t tick) const {
         const unsigned resting = actuated(tick) ? 0u : effects::muscle_bits;
@@ -272,7 +302,7 @@ private:
     // One instance of an effect of the scene with its parameters in this robot's coordinates.
     struct active_effect {
         int index, instance;
-        alignas(16) char params[64];
+        alignas(16) char params[96];
         site_range touching;  // of a contact, in the last evaluation of forces
     };
 
@@ -282,6 +312,8 @@ private:
     robot_columns<S, compensated>& columns_;
     double tick_;                   // s
     double origin_[3] = {0, 0, 0};  // the robot's own, m
+    double time_ = 0;               // where contacts that move are, s
+    std::vector<effects::patches::params<S>> patches_;
     effects::actuation::clock clock_{};
     int64_t drive_tick_ = 0;  // of a controller
     int ticks_per_step_ = 1;

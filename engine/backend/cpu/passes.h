@@ -3,6 +3,8 @@
 // work on. SI units.
 #pragma once
 
+#include <span>
+
 #include "body/springs.h"
 #include "genome/network.h"
 #include "physics/drive.h"
@@ -93,13 +95,16 @@ struct site_range {
 // sites beyond which no mass touches, if the effect is a contact.
 template <class S>
 using node_pass = site_range (*)(const mass_arrays<S>&, const void* params);
+// Parts of the world with more or less friction, in the robot's coordinates.
+template <class S>
+using patch_list = std::span<const effects::patches::params<S>>;
 // Changes next_velocity by one effect's impulses over h on exposed faces, or by the
 // friction of one contact on the masses that touch it.
 template <class S>
 using face_pass = void (*)(const mass_arrays<S>&, const void* params, S h);
 template <class S>
 using slip_pass = void (*)(const mass_arrays<S>&, site_range touching, const void* contact,
-                           const void* friction, S h);
+                           const void* friction, const patch_list<S>& patches, S h);
 // A scripted effect as its pass sees it: a program (physics/scripted/program.h) and the registers
 // of one block of masses, scripted_block numbers each, written before they are read.
 inline constexpr int scripted_block = 128;

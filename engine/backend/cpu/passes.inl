@@ -273,20 +273,28 @@ void face(const mass_arrays<R>& shared, const void* block, R h) {
 // The contact is found again, from the same numbers and so with the same bits.
 template <class R, class E>
 void slip(const mass_arrays<R>& shared, site_range touching, const void* block,
-          const void* friction_block, R h) {
+          const void* friction_block, const patch_list<R>& patches, R h) {
     const auto params = *static_cast<const typename E::template params<R>*>(block);
     const auto coefficients = *static_cast<const friction::params<R>*>(friction_block);
     const mass_arrays<R> robot = shared;
     R *wx = robot.next_velocity[0], *wy = robot.next_velocity[1], *wz = robot.next_velocity[2];
-    LIMAX_LOOP
-    for (int64_t i = touching.first; i < touching.end; ++i) {
+    const auto slide = [&](int64_t i, const friction::params<R>& own) {
         const vector<R> after =
-            after_friction<E, friction>(params, coefficients, node_at(robot, i),
-                                        velocity_at(robot, i), vector<R>{wx[i], wy[i], wz[i]}, h);
+            after_friction<E, friction>(params, own, node_at(robot, i), velocity_at(robot, i),
+                                        vector<R>{wx[i], wy[i], wz[i]}, h);
         wx[i] = after.x;
         wy[i] = after.y;
         wz[i] = after.z;
+    };
+    for (int64_t i = touching.first; i < touching.end && !patches.empty(); ++i) {
+        friction::params<R> own = coefficients;
+        for (const auto& patch : patches)
+            own = friction::scaled(own, effects::patches::grip(patch, node_at(robot, i).position));
+        slide(i, own);
     }
+    if (!patches.empty()) return;
+    LIMAX_LOOP
+    for (int64_t i = touching.first; i < touching.end; ++i) slide(i, coefficients);
 }
 
 template <class R, bool compensated>

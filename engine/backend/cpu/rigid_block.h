@@ -46,10 +46,19 @@ public:
     // The robot's own origin has moved by `shift` and is at `origin`.
     void follow(const double origin[3], const double shift[3]) {
         solid::follow(block_, shift);
-        for (fixed_contact& contact : contacts_)
+        move(origin, time_);
+        patches_.clear();
+        for (int i = 0; i < scene_.instances(effects::index_of<effects::patches>); ++i)
+            patches_.push_back(effects::patches::make<double>(
+                scene_.values(effects::index_of<effects::patches>, i), origin));
+    }
+    // Makes the parameters of contacts at a time, s since the muscles began.
+    void move(const double origin[3], double time) {
+        time_ = time;
+        for (contact_instance& contact : contacts_)
             visit(contact, [&]<class E>(E, auto& params) {
                 params = effects::make_params<E, double>(
-                    scene_.values(contact.index, contact.instance), origin, scene_.heights());
+                    scene_.values(contact.index, contact.instance), origin, scene_.heights(), time);
                 std::memcpy(contact.params, &params, sizeof params);
             });
     }
@@ -79,7 +88,7 @@ public:
         solid::meet_contacts(
             law_, view, load_,
             [&](const auto& meet) {
-                for (const fixed_contact& contact : contacts_) visit(contact, meet);
+                for (const contact_instance& contact : contacts_) visit(contact, meet);
             },
             [&](const solid::touch& found) { corners_.push_back(found); });
     }
@@ -112,9 +121,9 @@ public:
 
     // Friction between the corners and what they touch.
     void rub_contacts(double h) {
-        const auto still = [](const solid::touch&) { return vector{0, 0, 0}; };
+        const auto of_surface = [&](const solid::touch& at) { return this->of_surface(at); };
         rub(
-            corners_, h, still, still, [](const solid::touch&) { return 0.0; },
+            corners_, h, of_surface, of_surface, [](const solid::touch&) { return 0.0; },
             [](const solid::touch&, const vector& impulse) { return impulse; });
     }
 
@@ -144,7 +153,7 @@ public:
         return sum;
     }
     // The power of the other forces of contacts on the block and on masses that move at `velocity`,
-    // W.
+    // and of what drives surfaces that move, W.
     double contact_power(const S* const velocity[3], bool between) const {
         const vector v = this->velocity(between), w = turning(between);
         double sum = 0;
@@ -155,7 +164,8 @@ public:
                    inner(touch.normal, solid::minus(u, plus(cross(w, touch.arm), 1.0, v)));
         }
         for (const solid::touch& touch : corners_)
-            sum += touch.beyond * inner(touch.normal, plus(cross(w, touch.arm), 1.0, v));
+            sum += touch.beyond * inner(touch.normal, plus(cross(w, touch.arm), 1.0, v)) +
+                   (touch.push - touch.beyond) * inner(touch.normal, of_surface(touch));
         return sum;
     }
     // The power of this step's friction impulses on the block, as a force over the kick at the mean
@@ -182,10 +192,18 @@ public:
 
 private:
     // An instance of an effect that corners meet, with its parameters.
-    struct fixed_contact {
+    struct contact_instance {
         int index, instance;
-        alignas(16) char params[64];
+        alignas(16) char params[96];
     };
+
+    // The velocity of the surface that a corner touches, m/s.
+    vector of_surface(const solid::touch& touch) const {
+        if (!(scene_.mask() & effects::motion_bits)) return {0, 0, 0};
+        return solid::surface_velocity(touch, [&](const auto& meet) {
+            for (const contact_instance& contact : contacts_) visit(contact, meet);
+        });
+    }
 
     template <class Column>
     static effects::vector<S> at(const Column& column, int32_t site) {
@@ -194,7 +212,7 @@ private:
 
     // Calls visit(effect, params) for an instance.
     template <class Visit>
-    static void visit(const fixed_contact& contact, const Visit& visit) {
+    static void visit(const contact_instance& contact, const Visit& visit) {
         effects::for_each([&]<class E>(E) {
             if constexpr (effects::is_contact<E>) {
                 if (contact.index != effects::index_of<E>) return;
@@ -213,8 +231,13 @@ private:
         const auto each = [&](const auto& visit) {
             for (solid::touch& touch : touching) visit(touch);
         };
+        const auto grip = [&](const vector& place) {
+            double factor = 1;
+            for (const auto& patch : patches_) factor *= effects::patches::grip(patch, place);
+            return factor;
+        };
         solid::rub(friction_, law_, block_, moment_, h, rubbed_, each, before, after, inverse_mass,
-                   give);
+                   grip, give);
     }
 
     const scene& scene_;
@@ -224,7 +247,9 @@ private:
     vector gravity_{0, 0, 0};
     bool rubs_ = false;
     solid::friction_params friction_{};
-    std::vector<fixed_contact> contacts_;
+    std::vector<contact_instance> contacts_;
+    std::vector<effects::patches::params<double>> patches_;
+    double time_ = 0;  // where contacts that move are, s
 
     solid::state block_;
     solid::moment moment_;  // at t_n

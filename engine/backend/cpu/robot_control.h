@@ -31,17 +31,17 @@ public:
           columns_(columns),
           forces_(forces),
           voxels_(body.grid.voxels()),
+          materials_(setup.voxels.data() + robot * voxels_),
           genes_(setup.control.data() + int64_t(robot) * setup.control_genes),
           seed_(setup.noise_seed(robot)),
           delay_(int(std::lround(values_[control::at_delay] * values_[control::at_rate]))),
           clock_(sensors::clock_of(values_)) {
-        const uint8_t* const materials = setup.voxels.data() + robot * voxels_;
         const float* const weights = setup.weights.data() + 3 * robot * voxels_;
         muscles_.resize(std::size_t(voxels_));
         lowest_.resize(std::size_t(voxels_));
         beside_.resize(std::size_t(voxels_ * sensors::neighbours));
         for (int64_t v = 0; v < voxels_; ++v) {
-            if (materials[v] == 0) continue;
+            if (materials_[v] == 0) continue;
             used_.push_back(int32_t(v));
             const lattice& grid = body.grid;
             const int x = int(v % grid.nx), y = int(v / grid.nx % grid.ny),
@@ -54,7 +54,7 @@ public:
                         ? v + sensors::step_to_neighbour(grid, side)
                         : -1;
             muscles_[std::size_t(v)] = muscle_of(
-                law_of(setup.materials[materials[v]]), weights, voxels_, v,
+                law_of(setup.materials[materials_[v]]), weights, voxels_, v,
                 [&](int c) { return body.mass[lowest + grid.site(c & 1, c >> 1 & 1, c >> 2)]; });
         }
         if (setup.scene.has(effects::index_of<effects::gravity>)) {
@@ -89,7 +89,8 @@ public:
         const int64_t number = (step - plan_.settle_steps) / plan_.tick;
         now_ = int(number & 1);
         tick_ = number;
-        if (reads_contacts()) forces_.static_pushes(pushes_);
+        if (reads_contacts())
+            forces_.static_pushes(pushes_, double(step - plan_.settle_steps) * plan_.time_step);
         if (sensors::reads_body(law_.sensors)) sense_whole(origin, block);
         bool finite = true;
         for (std::size_t first = 0; first < used_.size(); first += scripted_block) {
@@ -299,7 +300,9 @@ private:
             };
             const S a = sensors::next_activation(result(0), activation_[now_][v], most);
             activation_[1 - now_][v] = a;
-            drive_[1 - now_][v] = S(muscles_[std::size_t(v)].gain) * a;
+            drive_[1 - now_][v] =
+                drive_of(setup_.scene, S(muscles_[std::size_t(v)].gain), a, body_.grid, v,
+                         materials_[v], double(tick_) / values_[control::at_rate]);
             for (int k = 0; k < law_.states; ++k) states_[k * voxels_ + v] = result(1 + k);
             for (int k = 0; k < law_.messages; ++k)
                 said_[1 - now_][k * voxels_ + v] = result(1 + law_.states + k);
@@ -316,6 +319,7 @@ private:
     robot_columns<S, compensated>& columns_;
     robot_forces<S, compensated>& forces_;
     const int64_t voxels_;
+    const uint8_t* const materials_;  // [voxel]
     const float* const genes_;
     const uint64_t seed_;                    // of the noise
     const int delay_;                        // ticks

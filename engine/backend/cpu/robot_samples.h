@@ -78,6 +78,11 @@ private:
         return state_.setup.options.integrator == LIMAX_LEAPFROG && step > 0;
     }
 
+    // Since the muscles began, s.
+    double time_of(int64_t step) const {
+        return double(step - plan_.settle_steps) * plan_.time_step;
+    }
+
     // Adds the works of the moment t_n to the ledger.
     void update_ledger(int64_t step) {
         const int64_t since = step - plan_.settle_steps;
@@ -91,7 +96,7 @@ private:
         add_spring_powers(state_.body, scene, seen,
                           state_.forces.muscles_around(ticks_ * since, ticks_), now, muscles_ahead);
         if (step == tick_) now.of[work_muscles] = ended_power_;
-        add_node_powers(state_.body, scene, seen, now);
+        add_node_powers(state_.body, scene, seen, time_of(step), now);
         now.of[work_contact_damping] += state_.forces.power_of_pairs(velocity.data());
         if (state_.block) {
             now.of[work_contact_damping] +=
@@ -141,9 +146,10 @@ private:
     // body.
     energies energy_now(int64_t step, const velocities& velocity) const {
         const int64_t tick = ticks_ * (step - plan_.settle_steps);
-        return measure_energy<S>(
-            state_.body, state_.setup.scene, state_.columns.masses.position, velocity.data(),
-            state_.origin, state_.forces.measured_moment(tick), state_.forces.moment_rate(tick));
+        return measure_energy<S>(state_.body, state_.setup.scene, state_.columns.masses.position,
+                                 velocity.data(), state_.origin, time_of(step),
+                                 state_.forces.measured_moment(tick),
+                                 state_.forces.moment_rate(tick));
     }
 
     void record_energy(int64_t step, double* out) {
@@ -161,7 +167,8 @@ private:
         const double in_contacts =
             in_pairs + contact_energy<S>(state_.body, state_.setup.scene,
                                          {state_.columns.masses.position, velocity.data(),
-                                          velocity.data(), state_.origin});
+                                          velocity.data(), state_.origin},
+                                         time_of(step));
         out[0] = energy.kinetic;
         out[1] = energy.elastic + in_pairs - in_contacts;
         out[2] = in_contacts;

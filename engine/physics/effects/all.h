@@ -6,6 +6,7 @@
 #include "physics/effects/anchors.h"
 #include "physics/effects/block.h"
 #include "physics/effects/boxes.h"
+#include "physics/effects/change.h"
 #include "physics/effects/contact.h"
 #include "physics/effects/control.h"
 #include "physics/effects/damping.h"
@@ -14,6 +15,8 @@
 #include "physics/effects/friction.h"
 #include "physics/effects/gravity.h"
 #include "physics/effects/ground.h"
+#include "physics/effects/moving.h"
+#include "physics/effects/patches.h"
 #include "physics/effects/planes.h"
 #include "physics/effects/self_collision.h"
 #include "physics/effects/spheres.h"
@@ -29,7 +32,8 @@ struct list {
 };
 
 using all = list<springs, damping, actuation, gravity, ground, friction, wind, planes, spheres,
-                 boxes, anchors, terrain, drag, self_collision, block, control, target>;
+                 boxes, anchors, terrain, drag, self_collision, block, control, target, patches,
+                 moving_boxes, moving_spheres, damage, growth>;
 
 // Place of an effect in the list: its bit in a scene.
 template <class E, class... L>
@@ -49,8 +53,8 @@ inline constexpr unsigned muscle_bits = bit<actuation> | bit<control>;
 
 // Whether an effect has laws on masses, and so parameters for them.
 template <class E>
-inline constexpr bool acts_on_masses = (E::hooks &
-                                        (hook_node | hook_contact | hook_slip | hook_face)) != 0;
+inline constexpr bool acts_on_masses = (E::hooks & (hook_node | hook_contact | hook_slip |
+                                                    hook_face | hook_grip)) != 0;
 
 // Whether an effect reads a scene's table of heights.
 template <class E>
@@ -58,12 +62,20 @@ inline constexpr bool reads_heights = requires(typename E::template params<float
     p.table;
 };
 
-// Parameters of an effect for a robot whose own origin is `origin`, with the table that it may
-// read.
+// Whether the surface of a contact moves.
+template <class E>
+inline constexpr bool moves = requires(typename E::template params<float> p) {
+    E::move(p, nullptr, nullptr, 0.0);
+};
+
+// Parameters of an effect for a robot whose own origin is `origin`, at a time, with the table that
+// it may read.
 template <class E, class R>
 LIMAX_LAW typename E::template params<R> make_params(const double* values, const double* origin,
-                                                     const height_table& heights) {
+                                                     const height_table& heights,
+                                                     double time = 0.0) {
     auto params = E::template make<R>(values, origin);
+    if constexpr (moves<E>) E::move(params, values, origin, time);
     if constexpr (reads_heights<E>) params.table = heights;
     return params;
 }
@@ -77,6 +89,10 @@ inline constexpr unsigned contact_bits = bits_with(all{}, hook_contact);
 inline constexpr unsigned face_bits = bits_with(all{}, hook_face);
 inline constexpr unsigned meeting_bits = bits_with(all{}, hook_meet);
 inline constexpr unsigned solid_bits = bits_with(all{}, hook_solid);
+inline constexpr unsigned grip_bits = bits_with(all{}, hook_grip);
+// Contacts whose surface moves, and effects that a controller's tick takes into account.
+inline constexpr unsigned motion_bits = bit<moving_boxes> | bit<moving_spheres>;
+inline constexpr unsigned change_bits = bit<damage> | bit<growth>;
 
 // How many instances of an effect a scene may have; one if it does not state it.
 template <class E>
@@ -152,11 +168,14 @@ constexpr bool hooks_match() {
         E::solid(E::template make<float>(nullptr, nullptr), x).depth > 0.0f;
         E::parts(E::template make<float>(nullptr, nullptr), 0.0f, 0.0f, 0.0f);
     };
+    constexpr bool has_grip = requires(vector<float> x) {
+        E::grip(E::template make<float>(nullptr, nullptr), x) > 0.0f;
+    };
     constexpr unsigned found = has_rest * hook_rest | has_pair * hook_pair | has_node * hook_node |
                                has_energy * hook_energy | has_bound * hook_bound |
                                has_contact * hook_contact | has_slip * hook_slip |
                                has_hold * hook_hold | has_face * hook_face | has_meet * hook_meet |
-                               has_solid * hook_solid;
+                               has_solid * hook_solid | has_grip * hook_grip;
     return found == E::hooks;
 }
 

@@ -106,13 +106,30 @@ LIMAX_LAW double unit_damping(double stiffness, double damping_ratio) {
     return 2.0 * damping_ratio * square_root(stiffness);
 }
 
+// A velocity relative to the surface of a contact with parameters `p`, and back in the world.
+template <class P, class R>
+LIMAX_LAW vector<R> relative_to(const P& p, const vector<R>& v) {
+    if constexpr (requires { p.surface_velocity; })
+        return {v.x - p.surface_velocity.x, v.y - p.surface_velocity.y, v.z - p.surface_velocity.z};
+    else
+        return v;
+}
+template <class P, class R>
+LIMAX_LAW vector<R> in_world(const P& p, const vector<R>& v) {
+    if constexpr (requires { p.surface_velocity; })
+        return {v.x + p.surface_velocity.x, v.y + p.surface_velocity.y, v.z + p.surface_velocity.z};
+    else
+        return v;
+}
+
 // N of a mass at a point of the surface of a contact with parameters `p`; 0 where it does not
 // touch.
 template <class P, class R, class Direction>
 LIMAX_LAW R push_at(const P& p, const surface_point<R, Direction>& point, const node_state<R>& s) {
     const R damping = p.damping * s.root_mass;
-    const R push =
-        larger(fma(p.stiffness, point.depth, -(damping * along(point.normal, s.velocity))), R(0));
+    const R push = larger(
+        fma(p.stiffness, point.depth, -(damping * along(point.normal, relative_to(p, s.velocity)))),
+        R(0));
     return point.depth > R(0) ? push : R(0);
 }
 
@@ -153,6 +170,20 @@ LIMAX_LAW void add_force(const typename E::template params<R>& p, const node_sta
     }
 }
 
+// The velocity after the friction F of a contact has acted for h on a mass that it pushes.
+template <class F, class P, class R, class Direction>
+LIMAX_LAW vector<R> slid(const P& contact, const typename F::template params<R>& friction,
+                         const Direction& normal, R push, R inverse_mass, const vector<R>& before,
+                         const vector<R>& velocity, R h) {
+    const vector<R> after =
+        in_world(contact, F::slip(friction, normal, push, inverse_mass,
+                                  relative_to(contact, before), relative_to(contact, velocity), h));
+    if constexpr (requires { contact.surface_velocity; })
+        return push > R(0) ? after : velocity;
+    else
+        return after;
+}
+
 // The velocity after the friction F of a contact E has acted for h; `before`, before this step.
 template <class E, class F, class R>
 LIMAX_LAW vector<R> after_friction(const typename E::template params<R>& contact,
@@ -160,8 +191,8 @@ LIMAX_LAW vector<R> after_friction(const typename E::template params<R>& contact
                                    const node_state<R>& s, const vector<R>& before,
                                    const vector<R>& velocity, R h) {
     const auto point = E::surface(contact, s.position);
-    return F::slip(friction, point.normal, push_at(contact, point, s), s.inverse_mass, before,
-                   velocity, h);
+    return slid<F>(contact, friction, point.normal, push_at(contact, point, s), s.inverse_mass,
+                   before, velocity, h);
 }
 
 }  // namespace limax::effects

@@ -14,7 +14,8 @@
 //            after the impulse of a contact across its normal, which never reverses what it
 //            opposes, m/s; `before` is the one before this step's forces. Asked for each contact in
 //            turn, after all other impulses, and does not change the velocity where `push` is 0
-//   hold     bool holds(params, start): whether the mass that starts there, m from the body's
+//   grip     R grip(params, place): by what the friction coefficients of contacts are multiplied
+//   there hold     bool holds(params, start): whether the mass that starts there, m from the body's
 //            lowest corner, stays there whatever acts on it
 //   meet     R meet(params, pair): the push that separates two masses of the body's surface that
 //            neither a spring nor a chain of two joins, N, and R stored(params, pair): its
@@ -30,6 +31,9 @@
 // `params<R> make(values, origin)`, which takes them from the components of all fields, one after
 // the other, and from the robot's own origin in the world (m). Where any of them depends on that
 // origin, `void follow(params&, values, origin)` brings those, and no others, up to date.
+// Where they depend on the time since the muscles began (s), `void move(params&, values, origin,
+// time)` does the same for each evaluation of forces; params of such a contact have its
+// `surface_velocity`, m/s.
 // An effect that a scene may have several times declares `most_instances`; its laws see one
 // instance, whose params are made again when the origin moves. `const char* problem(values)`
 // reports invalid combinations of values that are each within range. If its params have a
@@ -55,7 +59,8 @@ enum hook : unsigned {
     hook_hold = 128,
     hook_face = 256,
     hook_meet = 512,
-    hook_solid = 1024
+    hook_solid = 1024,
+    hook_grip = 2048
 };
 
 // Components of a field that is a table of heights: it is not among the values.

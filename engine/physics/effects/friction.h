@@ -33,6 +33,12 @@ struct friction {
         return {R(values[0]), R(values[1])};
     }
 
+    // The same on a surface with `factor` times the friction.
+    template <class R>
+    LIMAX_LAW static params<R> scaled(const params<R>& p, R factor) {
+        return {factor * p.static_coefficient, factor * p.kinetic_coefficient};
+    }
+
     // m/s: far below any slip that matters, and above what rounding leaves of one that was stopped
     // on a slanted surface.
     static constexpr double at_rest = 1e-6;

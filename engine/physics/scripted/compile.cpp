@@ -202,6 +202,7 @@ reader::reader(kind of, const std::string& place, const std::string& text,
             if (!std::isfinite(input.value[c]))
                 refuse_input(format("parameter '%s' is not finite", name));
             *components[c] = constant(input.value[c]);
+            ++program_.parameters;
         }
         names_[input.name] = held;
     }

@@ -8,11 +8,15 @@ namespace limax::scripted {
 
 namespace {
 
-std::string operations_of(const program& law) {
+// `parameter` is the number of the next one.
+std::string operations_of(const program& law, int& parameter) {
     std::string text;
     int next = law.inputs;
-    for (const double constant : law.constants)
-        text += format("LIMAX_CONSTANT(%d,%a)", next++, constant);
+    const int first = program::first_parameter, end = first + law.parameters;
+    for (int i = 0; i < int(law.constants.size()); ++i)
+        text += i >= first && i < end
+                    ? format("LIMAX_PARAMETER(%d,%d)", next++, parameter++)
+                    : format("LIMAX_CONSTANT(%d,%a)", next++, law.constants[std::size_t(i)]);
     for (const instruction& step : law.instructions) {
         const int to = next++;
         if (step.what == operation::gene) {
@@ -36,16 +40,17 @@ std::string operations_of(const program& law) {
 std::string kernel_text(const std::vector<const program*>& laws, int& registers) {
     std::string text;
     registers = 0;
+    int parameter = 0;
     for (const program* law : laws) {
         registers = std::max(registers, law->registers());
-        text += operations_of(*law) +
+        text += operations_of(*law, parameter) +
                 format("LIMAX_FORCE(%d,%d,%d)", law->results[0], law->results[1], law->results[2]);
     }
     return text;
 }
 
-std::string kernel_text(const program& controller) {
-    std::string text = operations_of(controller);
+std::string kernel_text(const program& controller, int first_parameter) {
+    std::string text = operations_of(controller, first_parameter);
     for (std::size_t i = 0; i < controller.results.size(); ++i)
         text += format("LIMAX_RESULT(%zu,%d)", i, controller.results[i]);
     return text;

@@ -46,6 +46,9 @@ enum input {
     force_inputs = 8
 };
 
+// Numbers that scripts of a scene set as parameters, those of a vector counted as three.
+inline constexpr int most_parameters = 256;
+
 // Writes the next register. Operands are earlier registers.
 struct instruction {
     operation what;

@@ -27,9 +27,12 @@ struct layer {
     int outputs;
 };
 
-// Registers hold the inputs, then the constants, then one result after the other.
+// Registers hold the inputs, then the constants, then one result after the other. Of the constants
+// those from `first_parameter` on, `parameters` of them, are the text's parameters: programs that
+// differ in nothing else share a kernel.
 struct program {
-    int inputs = 0;
+    static constexpr int first_parameter = 1;
+    int inputs = 0, parameters = 0;
     std::vector<double> constants;
     std::vector<instruction> instructions;
     std::vector<layer> layers;
@@ -62,8 +65,9 @@ program compile_controller(const std::string& place, const std::string& text,
                            const std::vector<parameter>& parameters);
 
 // Programs as a kernel's text has them (backend/cuda/kernels/scripted.h): calls of macros, without
-// a blank. `registers` becomes the most that any of them needs.
+// a blank. `registers` becomes the most that any of them needs. Parameters are numbered on, from
+// `first_parameter` on for the controller.
 std::string kernel_text(const std::vector<const program*>& laws, int& registers);
-std::string kernel_text(const program& controller);
+std::string kernel_text(const program& controller, int first_parameter);
 
 }  // namespace limax::scripted

@@ -163,4 +163,22 @@ function scenes.rough(options)
   return merged(scene, effects)
 end
 
+--- A force for a scene: an impulse on the whole body, which changes the velocity of every mass
+--- alike: `velocity` times its mass, N s, from `time` on. It lasts about `lasts`, to within a step.
+--- Kicks that differ in these numbers share a kernel on a GPU.
+---@param options { time?: number, velocity?: number[], lasts?: number } s, m/s, s
+---@return table effect
+function scenes.kick(options)
+  local kick = schema.demand(schema.fields {
+    time = schema.number { value = 1, minimum = 0, maximum = 1e6, unit = "s" },
+    velocity = schema.numbers(3, { minimum = -1e6, maximum = 1e6, unit = "m/s" }),
+    lasts = schema.number { value = 0.05, minimum = 0.001, maximum = 10, unit = "s" } },
+    options, "scenes.kick")
+  local acceleration, velocity = {}, kick.velocity or { 0, 0.5, 0 }
+  for axis = 1, 3 do acceleration[axis] = velocity[axis] / kick.lasts end
+  return { force = "f = t >= time && t < time + lasts ? m * acceleration : vec(0, 0, 0);",
+    bound = { stiffness = 0, damping = 0 }, time = kick.time, lasts = kick.lasts,
+    acceleration = acceleration }
+end
+
 return strict.close("limax.scenes", scenes)

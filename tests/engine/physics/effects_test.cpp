@@ -142,7 +142,7 @@ TEST_CASE("the force of an effect on a mass at rest is the gradient of its energ
                 make_params<E, double>(default_values<E>().data(), origin, flat.heights());
             const double step = 1e-6;
             double worst = 0, acted = 0;
-            for (int i = 0; i < 2000; ++i) {
+            for (int i = 0; i < 20000; ++i) {
                 const vector<double> at{2 * draw(), 2 * draw(), 2 * draw()};
                 const auto energy = [&](double x, double y, double z) {
                     return energy_of_mass<E>(params, node_state<double>{{x, y, z}, {}, 0.1, 10});

@@ -50,6 +50,7 @@ __device__ inline int opaque(int number) {
 struct scene_of_kernel {
     const scene_values& scene;
     LIMAX_LAW bool has(int effect) const { return LIMAX_EFFECTS >> effect & 1; }
+    LIMAX_LAW int instances(int effect) const { return scene.count[effect]; }
     LIMAX_LAW const double* values(int effect, int instance) const {
         return scene.of(effect, instance);
     }
@@ -211,12 +212,14 @@ __device__ inline void evaluate_layer(const float* genes, const real (&in)[input
 }
 
 // The controller on the registers of a voxel, whose inputs are filled.
-__device__ inline void run_controller([[maybe_unused]] const float* genes,
+__device__ inline void run_controller([[maybe_unused]] const real* parameters,
+                                      [[maybe_unused]] const float* genes,
                                       real (&at)[LIMAX_CONTROL_REGISTERS],
                                       real results[1 + layout.states + layout.messages]) {
     using namespace scripted;
 #define LIMAX_CONSTANT(to, number) at[to] = real(number);
 #define LIMAX_OPERATION(to, what, a, b, c) at[to] = apply<operation(what)>(at[a], at[b], at[c]);
+#define LIMAX_PARAMETER(to, number) at[to] = parameters[number];
 #define LIMAX_GENE(to, number) at[to] = real(genes[number]);
 #define LIMAX_LAYER(to, first, hidden, outputs, inputs, ...)        \
     {                                                               \
@@ -226,6 +229,7 @@ __device__ inline void run_controller([[maybe_unused]] const float* genes,
 #define LIMAX_RESULT(number, from) results[number] = at[from];
     LIMAX_CONTROL
 #undef LIMAX_CONSTANT
+#undef LIMAX_PARAMETER
 #undef LIMAX_OPERATION
 #undef LIMAX_GENE
 #undef LIMAX_LAYER
@@ -331,15 +335,18 @@ __device__ inline bool tick_voxel(const launch_arguments& launch, const robot_re
         });
 
     real results[1 + layout.states + layout.messages];
-    run_controller(genes, at, results);
+    run_controller(launch.parameters, genes, at, results);
     if (gain != gain) return true;
     bool finite = true;
     for (const real result : results) finite &= result - result == real(0);
     const real next =
         next_activation(results[0], before, real(values[effects::control::at_change]));
     column(layout.activation() + 1 - now) = next;
-    column(layout.drive() + 1 - now) = real(gain) * next;
-    show(grid.at(x, y, z), 1 - now, real(gain) * next);
+    const int material = grows ? int(muscles[3 * voxels]) : 0;
+    const real drive = drive_of(scene_of_kernel{launch.scene}, real(gain), next, body, voxel,
+                                material, double(number) / values[effects::control::at_rate]);
+    column(layout.drive() + 1 - now) = drive;
+    show(grid.at(x, y, z), 1 - now, drive);
     each_constant<layout.states>(
         [&](auto i) { column(layout.state() + i.value) = results[1 + i.value]; });
     each_constant<layout.messages>([&](auto i) {

@@ -210,7 +210,7 @@ struct grid_robot {
             store_mass(m, state + site, sites());
             publish(m, site, side);
         });
-        follow_origin(params, launch.scene, record.origin);
+        follow_origin(params, launch.scene, record.origin, time_of(record, step));
         wait();
     }
 
@@ -313,8 +313,9 @@ struct grid_robot {
 
     // Forces of springs and of masses in contact, then the kick of all masses, tile by tile.
     __device__ void kick_masses(const loop_state& now) {
-        const scripted_moment moment =
-            scripted_moment_at(shared.record, shared.record.step + now.since_event);
+        const auto moment =
+            scripted_moment_at(launch, shared.record, shared.record.step + now.since_event);
+        if constexpr (has_motion) move_contacts(params, launch.scene, moment.origin, moment.time);
         moved = false;
         const auto push = pushes_of_solid();
         each_tile([&](int tile) {
@@ -370,8 +371,9 @@ struct grid_robot {
         const robot_record& record = shared.record;
         wait();
         if (block == 0 && thread < lanes)
-            limax::cuda::step_solid(solid(), launch, record.origin, double(shared.times.h),
-                                    !now.last(), record.time_step, double(shared.times.share));
+            limax::cuda::step_solid(
+                solid(), launch, record.origin, time_of(record, record.step + now.since_event),
+                double(shared.times.h), !now.last(), record.time_step, double(shared.times.share));
         wait();
     }
 

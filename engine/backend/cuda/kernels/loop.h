@@ -42,6 +42,8 @@ template <class Robot>
 __device__ inline bool take_event(Robot& robot, int64_t step, loop_state& now) {
     auto& shared = robot.shared;
     robot_record& record = shared.record;
+    if constexpr (has_motion)
+        move_contacts(robot.params, robot.launch.scene, record.origin, time_of(record, step));
     if (!robot.check_limits(step)) return false;
     if (center_wanted(record, step)) robot.take_center(step);
     if constexpr (touchable)
@@ -83,7 +85,7 @@ __device__ inline void run_robot(Robot& robot) {
         robot.store_record();
         return;
     }
-    follow_origin(robot.params, robot.launch.scene, record.origin);
+    follow_origin(robot.params, robot.launch.scene, record.origin, time_of(record, record.step));
     if constexpr (has_solid)
         if (robot.leads())
             begin_solid(robot.solid(), robot.launch, record.begun, record.time_step,

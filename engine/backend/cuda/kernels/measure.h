@@ -58,6 +58,7 @@ struct measured_robot {
         return control_state_of(launch.control, launch.scene, record, index, launch.grid.voxels());
     }
     __device__ double since_tick() const { return double(steps_since_tick(record, record.step)); }
+    __device__ double time() const { return time_of(record, record.step); }
     __device__ float parameter(int column, int64_t slot) const {
         return launch.springs[(index * stored_columns + column) * direction_count * sites + slot];
     }
@@ -172,9 +173,10 @@ __device__ inline void measure_energy(const measured_robot& robot, double* out,
                 // an effect that the scene lacks stays, with values that store none
                 const int count = repeatable<E> ? scene.count[index_of<E>] : 1;
                 for (int i = 0; i < count; ++i)
-                    (same_type<E, gravity> ? gravitational : elastic) += energy_of_mass<E>(
-                        make_params<E, double>(scene.of(index_of<E>, i), world, scene.heights),
-                        node);
+                    (same_type<E, gravity> ? gravitational : elastic) +=
+                        energy_of_mass<E>(make_params<E, double>(scene.of(index_of<E>, i), world,
+                                                                 scene.heights, robot.time()),
+                                          node);
             }
         });
     }

@@ -13,7 +13,7 @@ namespace limax::cuda {
 struct bounded_scene {
     const scene_values& scene;
     int32_t effects;
-    __device__ bool has(int effect) const { return effects >> effect & 1; }
+    __device__ bool has(int effect) const { return (effects & LIMAX_EFFECTS) >> effect & 1; }
     __device__ int instances(int effect) const { return scene.count[effect]; }
     __device__ const double* values(int effect, int instance) const {
         return scene.of(effect, instance);
@@ -158,6 +158,7 @@ struct robot_in_preparation {
             out[v] = own.gain;
             out[voxels + v] = own.phase;
             out[2 * voxels + v] = own.inverse_mass;
+            if constexpr (grows) out[3 * voxels + v] = float(body.voxels[v]);
         }
     }
 

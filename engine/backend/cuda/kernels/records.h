@@ -5,6 +5,7 @@
 #include "body/spring_laws.h"
 #include "physics/effects/all.h"
 #include "physics/origin.h"
+#include "physics/scripted/operations.h"
 #include "physics/solid.h"
 #include "physics/summary.h"
 
@@ -78,7 +79,8 @@ struct control_layout {
     LIMAX_LAW constexpr int last_seen() const { return past() + measured * slots; }
     LIMAX_LAW constexpr int count() const { return last_seen() + seen; }
 };
-inline constexpr int muscle_columns = 3;
+// Columns of `muscles` below.
+LIMAX_LAW constexpr int muscle_columns_of(bool grows) { return grows ? 4 : 3; }
 // Genes that a block keeps in shared memory; a controller with more reads them from global memory.
 inline constexpr int most_shared_genes = 1024;
 // Null in a scene without control.
@@ -86,8 +88,8 @@ template <class R>
 struct control_memory {
     R* columns;          // [robot][column][voxel]
     const float* genes;  // of control, [robot][gene]
-    float* muscles;      // gain, NaN where a voxel is empty, phase, 1/kg of the corners,
-                         // [robot][muscle_columns][voxel]
+    float* muscles;      // gain, NaN where a voxel is empty, phase, 1/kg of the corners, and in a
+                         // scene with growth the material, [robot][muscle_columns_of()][voxel]
 };
 
 // Where the components of the fields of an effect begin among those of all effects and instances.
@@ -246,6 +248,7 @@ struct step_launch {
     mass_params<R> params;
     solid_columns<R> solids;
     control_memory<R> control;
+    R parameters[scripted::most_parameters];  // of scripted effects, then of the controller
 };
 
 // The arguments of the grid kernel, in which several blocks share a robot.
@@ -326,9 +329,9 @@ struct measure_launch {
 // Threads of a block of these kernels.
 inline constexpr int prepare_threads = 512, measure_threads = 256, summarize_threads = 64;
 
-// Bytes of arguments that every driver and compiler supports.
-static_assert(sizeof(grid_launch<double>) <= 4096 && sizeof(prepare_launch<double>) <= 4096 &&
-              sizeof(measure_launch<double>) <= 4096);
+// Bytes of arguments that drivers and compilers support since CUDA 12.1.
+static_assert(sizeof(grid_launch<double>) <= 32764 && sizeof(prepare_launch<double>) <= 32764 &&
+              sizeof(measure_launch<double>) <= 32764);
 
 // The arguments of the summarize kernel.
 struct summarize_launch {

@@ -172,9 +172,15 @@ __device__ inline effects::actuation::moment<real> moment_at(const launch_argume
                                step - record.settle_steps, record.time_step);
 }
 
+// The time of a step since the muscles began, s.
+__device__ inline double time_of(const robot_record& record, int64_t step) {
+    return double(step - record.settle_steps) * record.time_step;
+}
 // The inputs of scripted effects at a step.
-__device__ inline scripted_moment scripted_moment_at(const robot_record& record, int64_t step) {
-    return {record.origin, double(step - record.settle_steps) * record.time_step};
+__device__ inline scripted_moment<real> scripted_moment_at(const launch_arguments& launch,
+                                                           const robot_record& record,
+                                                           int64_t step) {
+    return {record.origin, launch.parameters, time_of(record, step)};
 }
 
 __device__ inline int64_t sum_over_warp(int64_t value) {

@@ -42,6 +42,7 @@ inline constexpr bool touchable = (LIMAX_EFFECTS & effects::contact_bits) != 0;
 inline constexpr bool has_faces = (LIMAX_EFFECTS & effects::face_bits) != 0;
 inline constexpr bool meets = (LIMAX_EFFECTS & effects::meeting_bits) != 0;
 inline constexpr bool has_solid = (LIMAX_EFFECTS & effects::solid_bits) != 0;
+inline constexpr bool has_motion = (LIMAX_EFFECTS & effects::motion_bits) != 0;
 // Other masses need a mass's velocity only where a law on more than one mass reads it.
 #if defined(LIMAX_CONTROL_SENSORS)
 inline constexpr uint64_t control_sensors = LIMAX_CONTROL_SENSORS;
@@ -55,6 +56,8 @@ inline constexpr bool shares_velocity = damped || has_faces || meets || senses_r
 inline constexpr int spring_columns = 1 + (damped ? 1 : 0) + (actuated ? 2 : 0);
 // The same in memory: a controlled robot also has L0 over the number of owners (drive.h).
 inline constexpr int stored_columns = spring_columns + (controlled ? 1 : 0);
+inline constexpr bool grows = has<effects::growth>;
+inline constexpr int muscle_columns = muscle_columns_of(grows);
 // Kinds of samples that a robot may take.
 inline constexpr int taken_kinds = controlled ? sample_kinds : uncontrolled_kinds;
 // Columns of a robot's state, in the order of state_column.
@@ -71,7 +74,8 @@ inline constexpr int instances = !has<E>                  ? 0
                                                           : 1;
 
 // Those of all instances; the ones that may be there several times are made here.
-template <class E, int count = effects::repeatable<E> ? instances<E> : 0>
+template <class E,
+          int count = effects::repeatable<E>&& effects::acts_on_masses<E> ? instances<E> : 0>
 struct instance_params {
     typename E::template params<real> instance[count];
 };
@@ -107,23 +111,39 @@ LIMAX_LAW void each_instance(const scene_params& params, const Visit& visit) {
 using launch_arguments = step_launch<real>;
 
 // Brings the parameters relative to the robot's own origin up to date, and makes those of
-// effects that may be there several times.
-LIMAX_LAW void follow_origin(scene_params& params, const scene_values& scene,
-                             const double* origin) {
+// effects that may be there several times. `time` is since the muscles began, s.
+LIMAX_LAW void follow_origin(scene_params& params, const scene_values& scene, const double* origin,
+                             double time) {
     effects::for_each([&]<class E>(E) {
         constexpr int index = effects::index_of<E>;
-        if constexpr (effects::repeatable<E>) {
+        if constexpr (!effects::acts_on_masses<E>) {
+            return;
+        } else if constexpr (effects::repeatable<E>) {
             if constexpr (instances < E >> 0) {
 #pragma unroll
                 for (int i = 0; i < instances<E>; ++i)
-                    params.template instance_of<E>(i) =
-                        E::template make<real>(scene.of(index, i), origin);
+                    params.template instance_of<E>(i) = effects::make_params<E, real>(
+                        scene.of(index, i), origin, scene.heights, time);
             }
-        } else if constexpr (has<E> && effects::acts_on_masses<E>) {
+        } else if constexpr (has<E>) {
             auto& own = params.template of<E>();
             if constexpr (requires { E::follow(own, nullptr, nullptr); })
                 E::follow(own, scene.of(index), origin);
             if constexpr (effects::reads_heights<E>) own.table = scene.heights;
+        }
+    });
+}
+
+// Moves contacts to where they are at a time, s since the muscles began.
+LIMAX_LAW void move_contacts([[maybe_unused]] scene_params& params,
+                             [[maybe_unused]] const scene_values& scene,
+                             [[maybe_unused]] const double* origin, [[maybe_unused]] double time) {
+    effects::for_each([&]<class E>(E) {
+        if constexpr (effects::moves<E> && instances < E >> 0) {
+#pragma unroll
+            for (int i = 0; i < instances<E>; ++i)
+                E::move(params.template instance_of<E>(i), scene.of(effects::index_of<E>, i),
+                        origin, time);
         }
     });
 }
@@ -193,7 +213,7 @@ LIMAX_LAW effects::node_state<real> node_of(const mass_state& m) {
 // `met` is the force of masses that are not neighbours, `pushed` that of a solid.
 LIMAX_LAW void kick_mass(mass_state& m, const force& springs, const effects::vector<real>& met,
                          const effects::vector<real>& pushed, const scene_params& params,
-                         const scripted_moment& now, real h, real next_velocity[3]) {
+                         const scripted_moment<real>& now, real h, real next_velocity[3]) {
     using namespace effects;
     const node_state<real> node = node_of(m);
     vector<real> total{springs.x, springs.y, springs.z};
@@ -208,6 +228,19 @@ LIMAX_LAW void kick_mass(mass_state& m, const force& springs, const effects::vec
     for (int axis = 0; axis < 3; ++axis)
         next_velocity[axis] = kick<compensated>(m.velocity[axis], all[axis], m.inverse_mass, h,
                                                 m.lost_velocity[axis]);
+}
+
+// The friction F at a place.
+template <class F>
+LIMAX_LAW typename F::template params<real> friction_at(
+    const scene_params& params, [[maybe_unused]] const effects::vector<real>& place) {
+    auto own = params.template of<F>();
+    effects::for_each([&]<class E>(E) {
+        if constexpr (bool(E::hooks & effects::hook_grip))
+            each_instance<E>(params,
+                             [&](const auto& p) { own = F::scaled(own, E::grip(p, place)); });
+    });
+    return own;
 }
 
 // Friction, last of all: what it stops stays.
@@ -226,8 +259,9 @@ LIMAX_LAW void slow_mass(const mass_state& m, const scene_params& params, real h
                         const auto point = C::surface(contact, node.position);
                         const real push = push_at(contact, point, node);
                         if (push > real(0))
-                            after = E::slip(params.template of<E>(), point.normal, push,
-                                            node.inverse_mass, before, after, h);
+                            after =
+                                slid<E>(contact, friction_at<E>(params, node.position),
+                                        point.normal, push, node.inverse_mass, before, after, h);
                     });
             });
     });
@@ -238,7 +272,7 @@ LIMAX_LAW void slow_mass(const mass_state& m, const scene_params& params, real h
 
 // The velocity after everything that acts over h where neither a law on faces nor a solid does.
 LIMAX_LAW void begin_mass(mass_state& m, const force& springs, const effects::vector<real>& met,
-                          const scene_params& params, const scripted_moment& now, real h,
+                          const scene_params& params, const scripted_moment<real>& now, real h,
                           real next_velocity[3]) {
     kick_mass(m, springs, met, {}, params, now, h, next_velocity);
     slow_mass(m, params, h, next_velocity);

@@ -10,15 +10,18 @@
 
 namespace limax::cuda {
 
-// Inputs of a law besides the mass: the robot's own origin, m, and the time, s.
+// Inputs of a law besides the mass: the robot's own origin, m, what scripts set as parameters, and
+// the time since the muscles began, s.
+template <class R>
 struct scripted_moment {
     const double* origin;
+    const R* parameters;
     double time;
 };
 
 #if defined(LIMAX_SCRIPTED)
 template <class R>
-LIMAX_LAW void add_scripted_forces(const effects::node_state<R>& s, const scripted_moment& now,
+LIMAX_LAW void add_scripted_forces(const effects::node_state<R>& s, const scripted_moment<R>& now,
                                    effects::vector<R>& force) {
     using namespace scripted;
     // every index is a constant: these are registers of the thread
@@ -33,6 +36,7 @@ LIMAX_LAW void add_scripted_forces(const effects::node_state<R>& s, const script
     at[input_time] = R(now.time);
     const bool used = s.mass > R(0);
 #define LIMAX_CONSTANT(to, number) at[to] = R(number);
+#define LIMAX_PARAMETER(to, number) at[to] = now.parameters[number];
 #define LIMAX_OPERATION(to, what, a, b, c) at[to] = apply<operation(what)>(at[a], at[b], at[c]);
 #define LIMAX_FORCE(along_x, along_y, along_z) \
     force.x += used ? at[along_x] : R(0);      \
@@ -40,12 +44,13 @@ LIMAX_LAW void add_scripted_forces(const effects::node_state<R>& s, const script
     force.z += used ? at[along_z] : R(0);
     LIMAX_SCRIPTED
 #undef LIMAX_CONSTANT
+#undef LIMAX_PARAMETER
 #undef LIMAX_OPERATION
 #undef LIMAX_FORCE
 }
 #else
 template <class R>
-LIMAX_LAW void add_scripted_forces(const effects::node_state<R>&, const scripted_moment&,
+LIMAX_LAW void add_scripted_forces(const effects::node_state<R>&, const scripted_moment<R>&,
                                    effects::vector<R>&) {}
 #endif
 

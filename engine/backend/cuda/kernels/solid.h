@@ -158,13 +158,13 @@ __device__ inline int list_touching(const robot_solid& solid) {
 // The step of the solid after a kick of h, and, unless the launch ends here, on for dt. By the
 // first warp of one block, between two barriers of all threads of the robot: before the first all
 // masses that touch are marked and their velocities after the kick left, after the second these
-// are what friction made of them. `origin` is the robot's own.
+// are what friction made of them. `origin` is the robot's own, `time` that since the muscles began.
 __device__ inline void step_solid(const robot_solid& solid, const launch_arguments& launch,
-                                  const double* origin, double h, bool moves, double dt,
-                                  double share) {
+                                  const double* origin, double time, double h, bool moves,
+                                  double dt, double share) {
     const int lane = threadIdx.x % lanes, count = list_touching(solid);
     if (lane == 0) {
-        push_solid(solid.record, launch.scene, origin, solid.listed, count, solid.corners, h);
+        push_solid(solid.record, launch.scene, origin, time, solid.listed, count, solid.corners, h);
         if (moves) {
             const solid_laws laws(launch.scene);
             move_solid(solid.record, laws, dt, share);

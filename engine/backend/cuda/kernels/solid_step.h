@@ -17,24 +17,41 @@ struct solid_laws {
           inertia(inertia_of_box(block.half, block.mass)) {}
 };
 
-// Calls visit(effect, params) for each instance of the scene's fixed contacts.
+// Calls visit(effect, params) for each instance of the scene's contacts at a time, s since the
+// muscles began.
 template <class Visit>
-LIMAX_LAW void each_fixed_contact(const scene_values& scene, const double* origin,
+LIMAX_LAW void each_fixed_contact(const scene_values& scene, const double* origin, double time,
                                   const Visit& visit) {
     effects::for_each([&]<class E>(E) {
         if constexpr (effects::is_contact<E> && instances < E >> 0) {
 #pragma unroll 1
             for (int i = 0; i < instances<E>; ++i)
                 visit(E{}, effects::make_params<E, double>(scene.of(effects::index_of<E>, i),
-                                                           origin, scene.heights));
+                                                           origin, scene.heights, time));
         }
     });
+}
+
+// The factor on friction at a place.
+LIMAX_LAW double grip_at(const scene_values& scene, const double* origin,
+                         const solid::vector& place) {
+    double factor = 1.0;
+    effects::for_each([&]<class E>(E) {
+        if constexpr (bool(E::hooks & effects::hook_grip) && instances < E >> 0) {
+#pragma unroll 1
+            for (int i = 0; i < instances<E>; ++i)
+                factor *= E::grip(
+                    E::template make<double>(scene.of(effects::index_of<E>, i), origin), place);
+        }
+    });
+    return factor;
 }
 
 // A step of the block: forces at t_n, the kick of h, friction. `touching` are the masses that
 // touch, in the order of their sites, whose velocities change; `corners` has room for all.
 LIMAX_LAW void push_solid(solid_record& record, const scene_values& scene, const double* origin,
-                          solid_touch<real>* touching, int count, solid::touch* corners, double h) {
+                          double time, solid_touch<real>* touching, int count,
+                          solid::touch* corners, double h) {
     using namespace effects;
     const solid_laws laws(scene);
     solid::state block = record.block;
@@ -49,12 +66,13 @@ LIMAX_LAW void push_solid(solid_record& record, const scene_values& scene, const
     int standing = 0;
     solid::meet_contacts(
         laws.block, record.seen, load,
-        [&](const auto& visit) { each_fixed_contact(scene, origin, visit); },
+        [&](const auto& visit) { each_fixed_contact(scene, origin, time, visit); },
         [&](const solid::touch& found) { corners[standing++] = found; });
     solid::kick(block, load, laws.block.mass, h);
     if constexpr (has<friction>) {
         const auto law = friction::make<double>(scene.of(index_of<friction>), origin);
         solid::motion rubbed{};  // for the energy ledger, CPU only
+        const auto grip = [&](const solid::vector& place) { return grip_at(scene, origin, place); };
         const auto wide = [](const vector<real>& v) { return solid::vector{v.x, v.y, v.z}; };
         solid::rub(
             law, laws.block, block, moment, h, rubbed,
@@ -64,19 +82,24 @@ LIMAX_LAW void push_solid(solid_record& record, const scene_values& scene, const
             },
             [&](const solid_touch<real>& at) { return wide(at.before); },
             [&](const solid_touch<real>& at) { return wide(at.after); },
-            [](const solid_touch<real>& at) { return at.inverse_mass; },
+            [](const solid_touch<real>& at) { return at.inverse_mass; }, grip,
             [](solid_touch<real>& at, const solid::vector& impulse) {
                 return solid::give_mass(at.after.x, at.after.y, at.after.z, impulse, at.mass,
                                         at.inverse_mass);
             });
-        const auto still = [](const solid::touch&) { return solid::vector{0, 0, 0}; };
+        const auto still = [&]([[maybe_unused]] const solid::touch& at) {
+            if constexpr (has_motion)
+                return solid::surface_velocity(
+                    at, [&](const auto& visit) { each_fixed_contact(scene, origin, time, visit); });
+            return solid::vector{0, 0, 0};
+        };
         solid::rub(
             law, laws.block, block, moment, h, rubbed,
             [&](const auto& visit) {
 #pragma unroll 1
                 for (int i = 0; i < standing; ++i) visit(corners[i]);
             },
-            still, still, [](const solid::touch&) { return 0.0; },
+            still, still, [](const solid::touch&) { return 0.0; }, grip,
             [](const solid::touch&, const solid::vector& impulse) { return impulse; });
     }
     record.block = block;

@@ -81,7 +81,7 @@ __device__ __noinline__ bool tick_block(const launch_arguments& launch, block_me
     constexpr site_grid grid{lattice{}};
     robot_record& record = shared.record;
     scene_params params(launch.params);
-    follow_origin(params, launch.scene, record.origin);
+    follow_origin(params, launch.scene, record.origin, time_of(record, record.next_tick));
     if constexpr (senses_body) sense_body(launch, shared);
     const int64_t number = record.ticks;
     const int lowest = first_layer(cluster_rank());
@@ -266,7 +266,7 @@ struct block_robot {
             shift_mass(mass[k], shared.shift);
             publish(mass[k], cells.place[k], shared);
         });
-        follow_origin(params, launch.scene, record.origin);
+        follow_origin(params, launch.scene, record.origin, time_of(record, step));
     }
 
     // Counts the masses that touch a contact.
@@ -344,8 +344,9 @@ struct block_robot {
             });
         }
         meet_cluster();
-        const scripted_moment moment =
-            scripted_moment_at(shared.record, shared.record.step + now.since_event);
+        const auto moment =
+            scripted_moment_at(launch, shared.record, shared.record.step + now.since_event);
+        if constexpr (has_motion) move_contacts(params, launch.scene, moment.origin, moment.time);
         moved = false;
         touching = 0;
         if constexpr (!kicks_apart) {
@@ -398,8 +399,9 @@ struct block_robot {
         each_touching([](real& there, real& here) { there = here; });
         meet_cluster();
         if (rank == 0 && thread < lanes)
-            limax::cuda::step_solid(own, launch, record.origin, double(shared.times.h), !now.last(),
-                                    record.time_step, double(shared.times.share));
+            limax::cuda::step_solid(
+                own, launch, record.origin, time_of(record, record.step + now.since_event),
+                double(shared.times.h), !now.last(), record.time_step, double(shared.times.share));
         meet_cluster();
         each_touching([](const real& there, real& here) { here = __ldcg(&there); });
     }

@@ -74,8 +74,14 @@ std::vector<unsigned> covering_masks(unsigned wanted) {
     return masks;
 }
 
-// Adds a scene's scripted effects to the kernels that step and prepare robots. Their parameters are
-// in the text: another value needs another kernel.
+// Numbers that the scene's forces have as parameters.
+int parameters_of_scripts(const scene& scene) {
+    int count = 0;
+    for (const scripted_effect& script : scene.scripts()) count += script.law.parameters;
+    return count;
+}
+
+// Adds a scene's scripted effects to the kernels that step and prepare robots.
 void add_scripts(const scene& scene, kernel_set& step, kernel_set& prepare) {
     if (scene.scripts().empty()) return;
     std::vector<const scripted::program*> laws;
@@ -107,7 +113,7 @@ void add_controller(const simulation_setup& setup, kernel_set& step, kernel_set&
     const scripted::program& law = setup.scene.controller();
     const control_layout layout = layout_of(setup);
     const std::pair<const char*, std::string> defines[] = {
-        {"LIMAX_CONTROL", scripted::kernel_text(law)},
+        {"LIMAX_CONTROL", scripted::kernel_text(law, parameters_of_scripts(setup.scene))},
         {"LIMAX_CONTROL_REGISTERS", std::to_string(law.registers())},
         {"LIMAX_CONTROL_SENSORS", format("%lluull", static_cast<unsigned long long>(law.sensors))},
         {"LIMAX_CONTROL_GENES", std::to_string(genes_of(setup))},
@@ -149,6 +155,13 @@ step_launch<R> scene_kernels::step_arguments() const {
     // the owner of the memory sets the addresses
     launch.scene.heights = setup.scene.heights();
     launch.scene.heights.heights = nullptr;
+    R* parameter = launch.parameters;
+    const auto add_parameters = [&](const scripted::program& law) {
+        for (int i = 0; i < law.parameters; ++i)
+            *parameter++ = R(law.constants[std::size_t(law.first_parameter + i)]);
+    };
+    for (const scripted_effect& script : setup.scene.scripts()) add_parameters(script.law);
+    add_parameters(setup.scene.controller());
     effects::for_each([&]<class E>(E) {
         constexpr int index = effects::index_of<E>;
         constexpr int components = effects::components<E>;
@@ -242,7 +255,9 @@ scene_kernels::robot_memory scene_kernels::memory_of_robot() const {
         const auto voxels = std::size_t(setup_->grid.voxels());
         memory.control = std::size_t(layout_of(*setup_).count()) * voxels;
         memory.genes = std::size_t(genes_of(*setup_));
-        memory.muscles = muscle_columns * voxels;
+        memory.muscles =
+            std::size_t(muscle_columns_of(setup_->scene.has(effects::index_of<effects::growth>))) *
+            voxels;
     }
     if (meets) {
         memory.surface = sites;

@@ -6,16 +6,16 @@
 #include "backend/cpu/rigid_block.h"
 #include "stage.h"
 
-// two planes, a sphere, two boxes; double; leapfrog
+// two planes, two boxes, one of each other kind; double; leapfrog
 #define LIMAX_EFFECTS ((1u << limax::effects::all::count) - 1)
-#define LIMAX_INSTANCES (2 | 1 << 8 | 2 << 16)
+#define LIMAX_INSTANCES 0x101010101020102ull
 #define LIMAX_PRECISION 2
 #define LIMAX_LEAPFROG 1
 // two scripted effects: what kernel_text() makes of `scripted_laws`, one after the other
 // clang-format off
 #define LIMAX_SCRIPTED \
-LIMAX_CONSTANT(8,0x0p+0)LIMAX_CONSTANT(9,0x1p-1)LIMAX_CONSTANT(10,-0x1p-2)\
-LIMAX_CONSTANT(11,0x1p+0)LIMAX_CONSTANT(12,0x1.8p+1)LIMAX_CONSTANT(13,0x1p+0)\
+LIMAX_CONSTANT(8,0x0p+0)LIMAX_PARAMETER(9,0)LIMAX_PARAMETER(10,1)\
+LIMAX_PARAMETER(11,2)LIMAX_PARAMETER(12,3)LIMAX_CONSTANT(13,0x1p+0)\
 LIMAX_CONSTANT(14,0x1.999999999999ap-4)LIMAX_OPERATION(15,3,12,6,0)\
 LIMAX_OPERATION(16,2,9,0,0)LIMAX_OPERATION(17,2,10,1,0)LIMAX_OPERATION(18,2,11,2,0)\
 LIMAX_OPERATION(19,3,15,16,0)LIMAX_OPERATION(20,3,15,17,0)\
@@ -44,7 +44,8 @@ using namespace limax::test;
 
 namespace {
 
-// The two laws whose program is above.
+// The two laws whose program is above, and their parameters.
+constexpr double script_parameters[] = {0.5, -0.25, 1, 3};
 std::vector<scripted::program> scripted_laws() {
     return {scripted::compile("pull", "f = k * m * (centre - x) / (1 + dot(x, x)) - 0.1 * v;",
                               {{"centre", 3, {0.5, -0.25, 1}}, {"k", 1, {3, 0, 0}}}),
@@ -61,6 +62,11 @@ scene every_scene() {
     made.set("spheres", "center", {0.1, 0.2, 0.3}).set("spheres", "radius", {0.6});
     made.set("boxes", "from", {-0.5, -0.5, -0.5}).set("boxes", "to", {0.4, 0.3, 0.2});
     made.effects({"boxes"}).set("boxes", "from", {0.4, -1, -1}).set("boxes", "to", {1, 1, 0.4});
+    made.set("moving_boxes", "from", {0.1, -0.6, -0.2}).set("moving_boxes", "to", {0.6, 0, 0.3});
+    made.set("moving_boxes", "velocity", {-0.5, 0.2, 0.1}).set("moving_boxes", "turns", {0.2});
+    made.set("moving_spheres", "center", {-0.2, 0.3, -0.1});
+    made.set("moving_spheres", "velocity", {0.3, -0.4, 0});
+    made.set("patches", "from", {-0.3, -1, -1}).set("patches", "factor", {1.5});
     made.set("terrain", "origin", {-1, -1, 0}).set("terrain", "spacing", {1});
     const double heights[9] = {0, 0.1, -0.2, 0.3, 0, 0.2, -0.1, 0.1, 0};
     made.setup.scene.set_heights("terrain", "heights", heights, 3, 3);
@@ -126,7 +132,8 @@ std::vector<effects::vector<double>> velocities_of_kernel(const scene& scene,
             single.of<E>() = E::template make<double>(values.of(effects::index_of<E>), world);
     });
     cuda::scene_params params(single);
-    cuda::follow_origin(params, values, origin);
+    cuda::follow_origin(params, values, origin, 0.0);
+    cuda::move_contacts(params, values, origin, script_time);
     std::vector<effects::vector<double>> result;
     for (std::size_t i = 0; i < masses.mass.size(); ++i) {
         cuda::mass_state m{};
@@ -140,7 +147,8 @@ std::vector<effects::vector<double>> velocities_of_kernel(const scene& scene,
         m.root_mass = std::sqrt(masses.mass[i]);
         const auto f = masses.at(mass_columns::force, i);
         double next[3];
-        cuda::begin_mass(m, {f.x, f.y, f.z}, {}, params, {origin, script_time}, h, next);
+        cuda::begin_mass(m, {f.x, f.y, f.z}, {}, params, {origin, script_parameters, script_time},
+                         h, next);
         result.push_back({next[0], next[1], next[2]});
         touching += cuda::touches(m, params);
     }
@@ -157,7 +165,7 @@ void run_passes(const scene& scene, const std::vector<scripted::program>& laws, 
             if constexpr (effects::acts_on_masses<E>)
                 for (int i = 0; i < scene.instances(index); ++i) {
                     const auto own = effects::make_params<E, double>(scene.values(index, i), origin,
-                                                                     scene.heights());
+                                                                     scene.heights(), script_time);
                     visit(index, &own);
                 }
         });
@@ -178,9 +186,12 @@ void run_passes(const scene& scene, const std::vector<scripted::program>& laws, 
     passes.kick[0](masses.view, h);
     const auto friction =
         effects::friction::make<double>(scene.values(effects::index_of<effects::friction>), origin);
+    const auto patch =
+        effects::patches::make<double>(scene.values(effects::index_of<effects::patches>), origin);
     each([&](int index, const void* own) {
         if (passes.slip[index])
-            passes.slip[index](masses.view, {0, masses.view.count}, own, &friction, h);
+            passes.slip[index](masses.view, {0, masses.view.count}, own, &friction,
+                               cpu::patch_list<double>(&patch, 1), h);
     });
 }
 
@@ -212,7 +223,7 @@ struct kernel_block {
             pushes[site] = solid::push_on_mass<double>(found);
             touching.push_back(found);
         }
-        cuda::push_solid(record, values, origin, touching.data(), int(touching.size()),
+        cuda::push_solid(record, values, origin, script_time, touching.data(), int(touching.size()),
                          corners.data(), h);
     }
 
@@ -264,6 +275,10 @@ TEST_CASE("a kernel moves the block as the CPU does") {
     const double place[3] = {-0.3, -0.2, -0.05}, spin[3] = {1, -2, 3}, h = 1e-3;
     scene.set("block", "position", place, 3);
     scene.set("block", "spin", spin, 3);
+    // they stay within reach of it
+    const double soft[1] = {100};
+    scene.set("moving_boxes", "stiffness", soft, 1);
+    scene.set("moving_spheres", "stiffness", soft, 1);
     const spring_body body = stage(lattice{2, 2, 2}).body();
     const double start[3] = {-origin[0], -origin[1], -origin[2]};
     mass_columns masses(std::size_t(body.count));
@@ -291,6 +306,7 @@ TEST_CASE("a kernel moves the block as the CPU does") {
         block.push(masses, {body.sites.begin(), body.sites.end()}, h);
         met += block.touching.size();
 
+        expected.move(origin, script_time);
         expected.evaluate(masses.view);
         expected.kick(h);
         expected.rub_masses(masses.view, h);

@@ -12,10 +12,10 @@ local function finite(value) return math.abs(value) < math.huge end
 
 -- Effects that dissipate or store energy and never add any.
 local PASSIVE = { gravity = true, ground = true, friction = true, damping = true, planes = true,
-  terrain = true, spheres = true, boxes = true, anchors = true, target = true }
+  terrain = true, spheres = true, boxes = true, anchors = true, target = true, patches = true }
 -- Effects after which only gravity moves the centre of mass.
 local INTERNAL = { gravity = true, damping = true, actuation = true, self_collision = true,
-  control = true, target = true }
+  control = true, target = true, damage = true, growth = true }
 
 local function all_in(scene, effects)
   for name, value in pairs(scene or {}) do

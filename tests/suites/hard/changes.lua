@@ -1,0 +1,161 @@
+--- changes.lua: hard cases of worlds and bodies that change: patches of friction, contacts that
+--- move, kicks, damage and growth. SI units.
+
+local context = require "limax.tools.bench.hard_cases.context"
+local limax = require "limax"
+local case = require("limax.tools.bench.hard_cases").suite "changes"
+
+local MU = 0.5
+
+-- A flat, well damped sheet.
+local function sheet(scene, fields)
+  local spec = { lattice = { 4, 4, 1 }, materials = { b = { damping_ratio = 1 } },
+    scene = { gravity = true, damping = true, friction = { static = MU, kinetic = MU } } }
+  for name, value in pairs(scene) do spec.scene[name] = value end
+  for name, value in pairs(fields) do spec[name] = value end
+  return spec
+end
+
+case { name = "a patch everywhere is another friction", run = function(c)
+  local function path(scene)
+    scene.ground = true
+    return c:run(sheet(scene, { velocity = { 1, 0.2, 0 } })):state()
+  end
+  local half = { static = MU / 2, kinetic = MU / 2 }
+  c:same_bits("the state", path { patches = { from = { -9, -9, -9 }, factor = 0.5 } },
+    path { friction = half })
+  c:same_bits("the state with two that overlap",
+    path { patches = { { from = { -9, -9, -9 }, factor = 0.25 }, { from = { -8, -8, -8 },
+      factor = 2 } } }, path { friction = half })
+end }
+
+case { name = "a sheet slides on over ice", run = function(c)
+  local run = c:run(sheet({ ground = true, patches = { from = { 0.6, -9, -9 }, factor = 0 } },
+    { velocity = { 3, 0, 0 }, duration = 1, record = { center_of_mass = 100 } }))
+  local path = run:trace "center_of_mass"
+  local function speed(k) return (path[k + 1][1] - path[k - 1][1]) * 50 end
+  c:at_most("speed on the ice (m/s)", speed(60), 2.9)
+  c:near("speed on the ice (m/s)", speed(100), speed(60), { rtol = 1e-3 })
+end }
+
+-- A slab below the sheet.
+local function slab(velocity, turns)
+  return { moving_boxes = { from = { -3, -3, -0.5 }, to = { 3, 3, 0 }, velocity = velocity,
+    turns = turns } }
+end
+
+case { name = "a slab that moves carries a sheet, and one that shuttles brings it back",
+  run = function(c)
+    local record = { center_of_mass = 100 }
+    local run = c:run(sheet(slab { 0.5, 0, 0 }, { duration = 1, record = record }))
+    -- it slips until it is as fast as the slab
+    c:near("way (m)", run:moved(1), 0.5 - 0.5 ^ 2 / (2 * MU * context.GRAVITY), { atol = 2e-3 })
+    run = c:run(sheet(slab({ 0, 0, 0.2 }, 0.5), { duration = 1, record = record }))
+    local path = run:trace "center_of_mass"
+    c:near("rise (m)", path[51][3] - path[1][3], 0.1, { atol = 2e-3 })
+    c:near("rise after the way back (m)", run:moved(3), 0, { atol = 2e-3 })
+  end }
+
+case { name = "the energy balance closes on a slab that moves", cpu = true, run = function(c)
+  local run = c:run(sheet(slab { 0.5, 0, 0.2 }, { duration = 1, record = { ledger = 100 } }))
+  local trace, worst, most = run:trace "ledger", 0, 0
+  local function sum(row, first, last)
+    local total = 0
+    for k = first, last do total = total + row[k] end
+    return total
+  end
+  for _, row in ipairs(trace) do
+    local change = sum(row, 1, 4) - sum(trace[1], 1, 4)
+    worst = math.max(worst, math.abs(change - sum(row, 5, 9)))
+    most = math.max(most, math.abs(change))
+  end
+  c:at_most("balance error over the change of energy", worst / most, 0.02)
+end }
+
+local MAY = { "nonfinite", "speed", "stretch" }
+
+case { name = "a box and a ball move through a body", run = function(c)
+  for _, speed in ipairs { 1, 20, 100 } do
+    c:run { lattice = { 3, 3, 3 }, duration = 0.5, may_diverge = MAY, energy = false,
+      scene = { gravity = true, ground = true, friction = true, damping = true,
+        moving_boxes = { from = { -0.3, 0.05, 0.05 }, to = { -0.1, 0.15, 0.15 },
+          velocity = { speed, 0, 0 } },
+        moving_spheres = { center = { 0.15, 0.15, 0.6 }, radius = 0.1,
+          velocity = { 0, 0, -speed }, turns = 0.1 } } }
+  end
+end }
+
+case { name = "a body between jaws that close", run = function(c)
+  c:run { lattice = { 3, 3, 3 }, duration = 0.4, may_diverge = MAY, energy = false,
+    scene = { gravity = true, ground = true, friction = true, damping = true,
+      moving_boxes = {
+        { from = { -0.5, -1, 0 }, to = { -0.1, 1, 1 }, velocity = { 0.5, 0, 0 } },
+        { from = { 0.4, -1, 0 }, to = { 0.9, 1, 1 }, velocity = { -0.5, 0, 0 } } } } }
+end }
+
+case { name = "a kick changes the momentum by as much, up to 1e4 N s", smooth = true,
+  run = function(c)
+    for _, impulse in ipairs { 1, 1e4 } do
+      local mass = c:prepare({ lattice = { 2, 2, 2 } }):outcome().mass
+      local speed = impulse / mass
+      local run = c:run { lattice = { 2, 2, 2 }, duration = 0.2, energy = false, center = false,
+        max_speed = 1e6, scene = { damping = true,
+          kick = limax.scenes.kick { time = 0.1, velocity = { 0, speed, 0 }, lasts = 0.01 } } }
+      local _, velocities = run:state()
+      for _, v in ipairs(velocities) do
+        c:near("speed (m/s)", v[2], speed, { rtol = 0.05 })
+      end
+    end
+  end }
+
+case { name = "terrain of noise at the edge of a voxel", run = function(c)
+  local scene = limax.scenes.rough { spacing = 0.1, size = 4, roughness = 0.5, actuation = false }
+  c:run { lattice = { 3, 3, 3 }, duration = 1, may_diverge = MAY, scene = scene,
+    position = { 0, 0, 0.1 } }
+end }
+
+-- A bar of muscles under a controller that stretches it by `activation`.
+local function bar(scene, fields)
+  local spec = { lattice = { 3, 1, 1 }, voxels = "e", duration = 2, settle = 0.2,
+    materials = { e = { damping_ratio = 1 } },
+    scene = { damping = true, control = { signal = "a = 1;", rate = 50 } } }
+  for name, value in pairs(scene) do spec.scene[name] = value end
+  for name, value in pairs(fields or {}) do spec[name] = value end
+  return spec
+end
+local function length_of(run)
+  local low, high = run:extent(1)
+  return high - low
+end
+
+case { name = "damage of everything leaves a body at rest", run = function(c)
+  local whole = length_of(c:run(bar {}))
+  c:at_least("the whole bar (m)", whole, 0.31)
+  c:near("the dead bar (m)",
+    length_of(c:run(bar { damage = { time = 0, from = { -1, -1, -1 } } })), 0.3, { atol = 1e-5 })
+  c:near("a third dies later (m)",
+    length_of(c:run(bar { damage = { { time = 1, from = { 0.5, -1, -1 } } } })),
+    0.3 + (whole - 0.3) * 2 / 3, { atol = 5e-3 })
+  c:near("not yet dead (m)",
+    length_of(c:run(bar { damage = { { time = 5, from = { -1, -1, -1 } } } })), whole,
+    { atol = 1e-9 })
+end }
+
+case { name = "growth changes the rest length by its strain", run = function(c)
+  local function grown(growth)
+    return length_of(c:run(bar({ growth = growth,
+      control = { signal = "a = 0;", rate = 50 } })))
+  end
+  local material = c:materials():index "e" - 1
+  for _, strain in ipairs { 0.3, -0.3 } do
+    c:near("length (m)",
+      grown { material = material, strain = strain, duration = 1 }, 0.3 * (1 + strain),
+      { atol = 1e-4 })
+  end
+  c:near("half way (m)", grown { material = material, strain = 0.3, duration = 4 },
+    0.3 * 1.15, { atol = 5e-3 })
+  c:near("of another material (m)", grown { material = material + 1, strain = 0.3 }, 0.3,
+    { atol = 1e-5 })
+  c:near("two at once (m)", grown { { material = material, strain = 0.2, duration = 1 },
+    { material = material, strain = 0.1, duration = 0.5 } }, 0.3 * 1.3, { atol = 1e-4 })
+end }
