@@ -1,17 +1,9 @@
---- push.lua: a task: walk straight on although a kick from the left or the right comes at one of
---- four times: a change of velocity of 0.75 m/s within 50 ms. A GPU compiles a kernel for each of
---- the eight kicks, once, because numbers of a text are part of it.
+--- push.lua: a task: walk straight on although a kick comes from the left or from the right. Each
+--- generation draws its time and its strength, and every robot takes it from both sides.
 
 local limax = require "limax"
 
-local LASTS, KICK = 0.05, 0.75 -- s, m/s
-
--- A sideways change of velocity of all masses.
-local function kick(at, velocity)
-  return { force = "f = vec(0, t > at && t < at + lasts ? m * acceleration : 0, 0);",
-    bound = { stiffness = 0, damping = 0 }, at = at, lasts = LASTS,
-    acceleration = velocity / LASTS }
-end
+local SOFT, HARD = 0.5, 1 -- m/s
 
 -- The distance along x less that to the side, m, mean of all worlds.
 local function straight_on(robot)
@@ -32,12 +24,15 @@ return limax.task {
   },
   lattice = { 5, 3, 4 }, -- voxels of 0.1 m
   genome = { sigma = 0.25 },
-  scene = limax.scenes.land { kick = kick(1, 0), actuation = { frequency = 3 } }, -- Hz
+  scene = limax.scenes.land { kick = limax.scenes.kick(), actuation = { frequency = 3 } }, -- Hz
   trials = function(_, random)
     local list = {}
     for _ = 1, 2 do
-      local at = 0.6 * random:integer(4) -- s
-      for side = -1, 1, 2 do list[#list + 1] = { effects = { kick = kick(at, side * KICK) } } end
+      local time, speed = 0.5 + 2 * random:uniform(), SOFT + (HARD - SOFT) * random:uniform()
+      for side = -1, 1, 2 do
+        list[#list + 1] = { effects = { kick = limax.scenes.kick { time = time,
+          velocity = { 0, side * speed, 0 } } } }
+      end
     end
     return list
   end,
