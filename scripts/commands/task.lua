@@ -7,10 +7,8 @@ local experiments = require "limax.experiment.experiment"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
 local output = require "limax.base.output"
-local robot = require "limax.robot.robot"
 local run = require "limax.commands.run"
 local runs = require "limax.tools.report.runs"
-local scoring = require "limax.robot.scoring"
 local sample = require "limax.base.statistics.sample"
 local script = require "limax.base.script"
 local scripts = require "limax.run.scripts"
@@ -18,9 +16,6 @@ local source = require "limax.base.source"
 local task = require "limax.experiment.task"
 
 local FOLDER = host.home .. "/scripts/tasks"
-local WORLDS = 32
--- The last repetition that random numbers have: worlds of it and those before are of no run.
-local FRESH = 2 ^ 24 - 1
 
 local command = {
   summary = "list tasks with a score to reach for, run one, or score a run",
@@ -28,7 +23,8 @@ local command = {
   text = [[
 A task is an experiment whose score others can reach for: scripts/TASKS.md. `run` takes all options
 of `limax run`. `score` simulates the champion of the last generation at `publish`, on 32 worlds
-that no run has seen where a task draws its worlds, and writes the mean of its scores.]],
+that no run has seen where a task draws its worlds, all together, and writes the mean of its
+scores.]],
   positional = { least = 1, most = 2, name = "list, run or score" },
   options = {
     { name = "small", text = "run: the task's small budget, for a first look" },
@@ -90,37 +86,15 @@ local function start(arguments)
   return run.run(own)
 end
 
--- The worlds in which a champion is scored, in lists as a generation draws them.
-local function worlds_of(experiment)
-  if type(experiment.spec.trials) ~= "function" then return { experiment.trials.list } end
-  local lists, count = {}, 0
-  while count < WORLDS do
-    lists[#lists + 1] = experiment.trials:of(FRESH - #lists)(0)
-    count = count + #lists[#lists]
-  end
-  return lists
-end
-
 -- The scores of a champion in each world.
-local function scores_of(one, experiment, lists, device)
+local function scores_of(one, experiment, worlds, device)
   local description, message = runs.description(one, one.lines[#one.lines])
   if not description then failure.raise_damaged(message) end
   description.materials = one.config.materials
-  local scores = {}
-  for _, worlds in ipairs(lists) do
-    for _, world in ipairs(worlds) do
-      description.trials = { { scene = world.scene, simulation = world.options } }
-      local walked = robot.of(description):simulate { accuracy = "publish", device = device }
-      local value, _, wrong
-      if walked.status == "done" then
-        value, _, wrong = scoring.call(experiment.fitness.call, walked)
-      end
-      if not value then
-        failure.raise(1, ("%s: its champion has no score in a world: %s"):format(
-          runs.champion(one, one.lines[#one.lines]), wrong or walked.reason))
-      end
-      scores[#scores + 1] = value
-    end
+  local scores, wrong = task.scores(experiment, description, worlds, device)
+  if not scores then
+    failure.raise(1, ("%s: its champion has no score in a world: %s"):format(
+      runs.champion(one, one.lines[#one.lines]), wrong))
   end
   return scores
 end
@@ -134,14 +108,17 @@ local function score(arguments)
   end
   local version = task.of(experiment).version
   experiment = experiment:override(config.run.overrides)
-  local lists, device = worlds_of(experiment), engine.device(arguments.device or "auto")
+  local worlds, device = task.worlds(experiment), engine.device(arguments.device or "auto")
   for _, one in ipairs(folder.runs) do
     if #one.lines > 0 then
-      local scores = scores_of(one, experiment, lists, device)
-      local low, high = bootstrap.interval(scores, sample.mean)
-      output.write(("%s, version %d, repetition %d: %.4g (95 %% interval %.4g to %.4g, %d"
-        .. " worlds)\n"):format(config.name, version, one.repetition, sample.mean(scores), low,
-        high, #scores))
+      local scores = scores_of(one, experiment, worlds, device)
+      local spread = "1 world"
+      if #scores > 1 then
+        local low, high = bootstrap.interval(scores, sample.mean)
+        spread = ("95 %% interval %.4g to %.4g, %d worlds"):format(low, high, #scores)
+      end
+      output.write(("%s, version %d, repetition %d: %.4g (%s)\n"):format(config.name, version,
+        one.repetition, sample.mean(scores), spread))
     end
   end
 end

@@ -21,7 +21,7 @@ local schema = require "limax.engine.schema"
 local scored_robot = require "limax.robot.scored_robot"
 local scoring = require "limax.robot.scoring"
 local state = require "limax.run.state"
-local steps = require "limax.evolution.steps"
+local steps = require "limax.robot.steps"
 local strict = require "limax.engine.strict"
 
 ---@class limax.population.scored an array of robots (limax.scored_robot)

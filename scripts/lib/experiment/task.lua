@@ -6,7 +6,9 @@ local choice = require "limax.base.choice"
 local experiments = require "limax.experiment.experiment"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
+local robot = require "limax.robot.robot"
 local schema = require "limax.engine.schema"
+local scoring = require "limax.robot.scoring"
 local source = require "limax.base.source"
 local strict = require "limax.engine.strict"
 
@@ -17,6 +19,10 @@ local task = strict.module "limax.task"
 ---@field about { measured: string, passive: string, fixed: string } a sentence each: what the score
 --- is, what a body without muscles gets, what a gait that senses nothing can get
 ---@field small string[] changes as `--set` takes them
+
+local WORLDS = 32
+-- The last repetition that random numbers have: worlds of it and those before are of no run.
+local FRESH = 2 ^ 24 - 1
 
 -- by experiment
 local facts = setmetatable({}, { __mode = "k" })
@@ -58,5 +64,44 @@ end
 ---@param experiment limax.experiment
 ---@return limax.task|nil
 function task.of(experiment) return facts[experiment] end
+
+--- The worlds of an experiment, or at least 32 that no run has seen if it draws them.
+---@return limax.trial[]
+function task.worlds(experiment)
+  if type(experiment.spec.trials) ~= "function" then return experiment.trials.list end
+  local worlds, lists = {}, 0
+  while #worlds < WORLDS do
+    local list = experiment.trials:of(FRESH - lists)(0)
+    for _, world in ipairs(list) do worlds[#worlds + 1] = world end
+    lists = lists + 1
+  end
+  return worlds
+end
+
+--- The score of a robot in each world at `publish`; nil and a message if it has none in one.
+---@param description limax.robot.description
+---@param worlds limax.trial[]
+---@param device limax.device|string
+---@return number[]|nil scores
+---@return string|nil message
+function task.scores(experiment, description, worlds, device)
+  description = source.copy(description)
+  description.trials = {}
+  for k, world in ipairs(worlds) do
+    description.trials[k] = { scene = world.scene, simulation = world.options,
+      materials = world.engine_materials and world.engine_materials:table() }
+  end
+  local scores = {}
+  local walked = robot.of(description):simulate { accuracy = "publish", device = device }
+  for k, trial in ipairs(walked.trials) do
+    local wrong
+    if trial.status == "done" then
+      local value, _, message = scoring.call(experiment.fitness.call, trial)
+      scores[k], wrong = value, message
+    end
+    if not scores[k] then return nil, wrong or trial.reason end
+  end
+  return scores
+end
 
 return strict.close("limax.task", task)

@@ -6,6 +6,7 @@ local engine = require "limax.engine"
 local robot_file = require "limax.robot.robot_file"
 local rows = require "limax.robot.rows"
 local source = require "limax.base.source"
+local steps = require "limax.robot.steps"
 
 local robot_trials = {}
 
@@ -67,14 +68,18 @@ function robot_trials.of(robot, k)
   return { description = description, materials = materials, population = population }
 end
 
---- Row and context of a robot that was simulated in each of its trials.
----@param simulate fun(robot: table, options: table): limax.row, limax.robot.context
-function robot_trials.joined(robot, options, simulate)
-  local list, contexts, own = {}, {}, source.copy(options)
+--- Simulates a robot in all of its trials together. Returns its row and context.
+---@param prepare fun(robot: table, options: table): limax.simulation, fun(): limax.row,
+--- limax.robot.context
+function robot_trials.joined(robot, options, prepare)
+  local simulations, results, list, contexts = {}, {}, {}, {}
+  local own = source.copy(options)
   for k = 1, #robot.description.trials do
     own.trial = k
-    list[k], contexts[k] = simulate(robot, own)
+    simulations[k], results[k] = prepare(robot, own)
   end
+  steps.finish(simulations, options.progress)
+  for k, result in ipairs(results) do list[k], contexts[k] = result() end
   local context = source.copy(contexts[1])
   if not options.materials then
     context.population, context.materials = robot.population, robot.materials

@@ -417,7 +417,7 @@ function scored_robot.simulate(robot, options)
   if not robot.description.trials or type(own) ~= "table" or own.scene or own.trial then
     return scored_robot.new(simulated(robot, options))
   end
-  return scored_robot.new(robot_trials.joined(robot, own, simulated))
+  return scored_robot.new(robot_trials.joined(robot, own, prepared.simulation))
 end
 
 --- Simulates the same body again: scene and settings as they were, except for what `options` names

@@ -53,9 +53,13 @@ function Steps:total()
 end
 
 --- Advances simulations to their ends.
-function steps.finish(simulations)
+---@param on_progress? fun(progress: table) called after each slice
+function steps.finish(simulations, on_progress)
   local going = steps.new(simulations)
-  while #going.left > 0 do going:advance() end
+  while #going.left > 0 do
+    going:advance()
+    if on_progress then on_progress(going:total()) end
+  end
 end
 
 return steps
