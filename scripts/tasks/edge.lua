@@ -33,7 +33,7 @@ return limax.task {
   name = "edge", version = 1,
   about = {
     measured = "The distance along x, m, mean of both worlds; 0 in one in which the robot falls.",
-    passive = "0.",
+    passive = "0.00 m measured.",
     fixed = "half of what a gait that turns can get: its side is missing in one of the worlds.",
   },
   lattice = { 5, 3, 4 }, -- voxels of 0.1 m

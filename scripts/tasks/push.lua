@@ -19,7 +19,7 @@ return limax.task {
   name = "push", version = 1,
   about = {
     measured = "The distance along x less the distance to the side, m, mean of four kicks.",
-    passive = "less than 0: it slides to the side.",
+    passive = "-0.01 m measured: it slides to the side.",
     fixed = "its walk less what the kicks turn it: it cannot turn back.",
   },
   lattice = { 5, 3, 4 }, -- voxels of 0.1 m

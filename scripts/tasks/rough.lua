@@ -10,7 +10,7 @@ return limax.task {
   name = "rough", version = 1,
   about = {
     measured = "The distance along x, m, mean of three worlds.",
-    passive = "0, but for sliding off a height.",
+    passive = "-0.01 m measured: it slides off heights.",
     fixed = "a gait that happens to climb what is in its way.",
   },
   lattice = { 5, 3, 4 }, -- voxels of 0.1 m

@@ -10,7 +10,7 @@ return limax.task {
   name = "target", version = 1,
   about = {
     measured = "How much nearer to the goal the centre of mass is at the end, m, mean of 4 goals.",
-    passive = "0.",
+    passive = "0.00 m measured.",
     fixed = "along x at most 0.55 m in the mean: it cannot turn to both sides.",
   },
   lattice = { 5, 3, 4 }, -- voxels of 0.1 m
