@@ -17,6 +17,6 @@ for _, file in ipairs(host.file.list(host.home .. "/scripts/tasks")) do
     materials = experiment.config.materials }
   local scores = assert(task.scores(experiment, body:table(), task.worlds(experiment),
     engine.device "auto"))
-  print(("%-12s %7.3f m in the mean of %d worlds"):format(file, sample.mean(scores), #scores))
+  print(("%-12s %7.3f in the mean of %d worlds"):format(file, sample.mean(scores), #scores))
 end
 experiments.idle = false -- none of them is to be run
