@@ -38,6 +38,7 @@
 
 #include "body/lattice.h"
 #include "physics/effects/all.h"
+#include "physics/solid_edges.h"
 
 namespace limax {
 
@@ -184,8 +185,15 @@ LIMAX_LAW double stable_step_of_block(const Scene& scene, scheme method, double 
     for_each([&]<class E>(E) {
         if constexpr (is_contact<E>) {
             const bool flat = same_type<E, ground> || same_type<E, planes>;
-            const double share = flat ? block::most_of_corners : 8 * block::most_of_place;
             if (!scene.has(index_of<E>)) return;
+            double share = flat ? block::most_of_corners : 8 * block::most_of_place;
+            if (!flat && scene.has(index_of<edges>)) {
+                share = solid::most_of_box * block::most_of_place;
+                if constexpr (reads_heights<E>)
+                    share = solid::touches_of_terrain(p.half,
+                                                      E::spacing_of(scene.values(index_of<E>, 0))) *
+                            block::most_of_place;
+            }
             for (int i = 0; i < scene.instances(index_of<E>); ++i) {
                 const stiffness_damping one =
                     contact_bound(E::template make<double>(scene.values(index_of<E>, i), origin),

@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "physics/sensors.h"
+#include "physics/solid_edges.h"
 
 namespace limax {
 
@@ -227,6 +228,16 @@ void scene::check() const {
             fail(LIMAX_INVALID_ARGUMENT,
                  "scene.control.signal reads the block, but the scene has no block");
     }
+    const double* const size = values(effects::index_of<effects::block>);
+    const double spacing =
+        effects::terrain::spacing_of(values(effects::index_of<effects::terrain>));
+    if (has(effects::index_of<effects::edges>) && has(effects::index_of<effects::terrain>) &&
+        solid::touches_of_terrain({0.5 * size[0], 0.5 * size[1], 0.5 * size[2]}, spacing) >
+            solid::most_touches)
+        fail(LIMAX_INVALID_ARGUMENT,
+             format("scene.edges: the block meets more than %d places of a terrain with a spacing "
+                    "of %g m; take a larger scene.terrain.spacing, or a smaller block",
+                    solid::most_touches, spacing));
     const unsigned changes = mask_ & effects::change_bits;
     if (changes && !has(effects::index_of<effects::control>))
         fail(LIMAX_INVALID_ARGUMENT,

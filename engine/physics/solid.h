@@ -141,36 +141,47 @@ LIMAX_LAW void meet_back(load& on, const touch& at) {
     add_force(on, {double(force.x), double(force.y), double(force.z)}, at.arm, -1.0);
 }
 
+// A place of the block, or of an obstacle in it, at `arm` from the block's centre that may be below
+// the surface of a contact: adds its push and calls keep(touch). `moving` is the number of contacts
+// that move so far, this one included.
+template <class E, class Params, class Direction, class Keep>
+LIMAX_LAW void meet_surface(const block_params& law, const view& block, load& on,
+                            const Params& params,
+                            const effects::surface_point<double, Direction>& point,
+                            const vector& arm, [[maybe_unused]] int32_t moving, const Keep& keep) {
+    if (!(point.depth > 0)) return;
+    const double share = effects::block::corner_share * law.mass;
+    const effects::node_state<double> node{plus(block.place, 1.0, arm),
+                                           read_velocity_at(block, arm), share, 1.0 / share};
+    vector normal{0, 0, 0};
+    effects::add_push(point.normal, 1.0, normal);
+    const double push = effects::push_at(params, point, node);
+    add_force(on, {push * normal.x, push * normal.y, push * normal.z}, arm, 1.0);
+    const double spring = params.stiffness * point.depth;
+    keep(touch{effects::moves<E> ? -1 - moving : -1,
+               arm,
+               normal,
+               push,
+               0.5 * spring * point.depth,
+               push - spring,
+               {0, 0, 0},
+               0});
+}
+
 // The corners below the surfaces of fixed contacts: adds their pushes, and calls keep(touch) for
 // each. each_contact(visit) calls visit(effect, params) for each instance of the scene's contacts.
 template <class EachContact, class Keep>
 LIMAX_LAW void meet_contacts(const block_params& law, const view& block, load& on,
                              const EachContact& each_contact, const Keep& keep) {
-    const double share = effects::block::corner_share * law.mass;
     for (int corner = 0; corner < 8; ++corner) {
-        [[maybe_unused]] int32_t moving = 0;  // contacts that move, so far
+        [[maybe_unused]] int32_t moving = 0;
         const vector arm = to_world(block.frame, {corner & 1 ? law.half.x : -law.half.x,
                                                   corner & 2 ? law.half.y : -law.half.y,
                                                   corner & 4 ? law.half.z : -law.half.z});
-        const effects::node_state<double> node{plus(block.place, 1.0, arm),
-                                               read_velocity_at(block, arm), share, 1.0 / share};
         each_contact([&]<class E>(E, const auto& params) {
             if constexpr (effects::moves<E>) ++moving;
-            const auto point = E::surface(params, node.position);
-            if (!(point.depth > 0)) return;
-            vector normal{0, 0, 0};
-            effects::add_push(point.normal, 1.0, normal);
-            const double push = effects::push_at(params, point, node);
-            add_force(on, {push * normal.x, push * normal.y, push * normal.z}, arm, 1.0);
-            const double spring = params.stiffness * point.depth;
-            keep(touch{effects::moves<E> ? -1 - moving : -1,
-                       arm,
-                       normal,
-                       push,
-                       0.5 * spring * point.depth,
-                       push - spring,
-                       {0, 0, 0},
-                       0});
+            meet_surface<E>(law, block, on, params, E::surface(params, plus(block.place, 1.0, arm)),
+                            arm, moving, keep);
         });
     }
 }

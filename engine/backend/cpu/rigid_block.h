@@ -9,7 +9,7 @@
 #include "backend/cpu/passes.h"
 #include "limax.h"
 #include "physics/scene.h"
-#include "physics/solid.h"
+#include "physics/solid_edges.h"
 
 namespace limax::cpu {
 
@@ -85,12 +85,13 @@ public:
             masses_.push_back(found);
         }
         corners_.clear();
-        solid::meet_contacts(
-            law_, view, load_,
-            [&](const auto& meet) {
-                for (const contact_instance& contact : contacts_) visit(contact, meet);
-            },
-            [&](const solid::touch& found) { corners_.push_back(found); });
+        const auto each = [&](const auto& meet) {
+            for (const contact_instance& contact : contacts_) visit(contact, meet);
+        };
+        const auto keep = [&](const solid::touch& found) { corners_.push_back(found); };
+        solid::meet_contacts(law_, view, load_, each, keep);
+        if (scene_.has(effects::index_of<effects::edges>))
+            solid::meet_edges(law_, view, load_, each, keep);
     }
 
     // The velocities after the forces have acted for h, before any friction.

@@ -11,6 +11,7 @@
 #include "physics/effects/control.h"
 #include "physics/effects/damping.h"
 #include "physics/effects/drag.h"
+#include "physics/effects/edges.h"
 #include "physics/effects/effect.h"
 #include "physics/effects/friction.h"
 #include "physics/effects/gravity.h"
@@ -33,7 +34,7 @@ struct list {
 
 using all = list<springs, damping, actuation, gravity, ground, friction, wind, planes, spheres,
                  boxes, anchors, terrain, drag, self_collision, block, control, target, patches,
-                 moving_boxes, moving_spheres, damage, growth>;
+                 moving_boxes, moving_spheres, damage, growth, edges>;
 
 // Place of an effect in the list: its bit in a scene.
 template <class E, class... L>

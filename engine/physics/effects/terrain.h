@@ -32,6 +32,8 @@ struct terrain {
         {"heights", "m", "[x][y], 2 x 2 to 512 x 512", table_of_heights, -1000.0, 1000.0, {}}};
     static constexpr int field_count = 5;
 
+    LIMAX_LAW static double spacing_of(const double* values) { return values[2]; }  // m
+
     template <class R>
     struct params {
         R stiffness;        // N/m

@@ -159,3 +159,69 @@ case { name = "growth changes the rest length by its strain", run = function(c)
   c:near("two at once (m)", grown { { material = material, strain = 0.2, duration = 1 },
     { material = material, strain = 0.1, duration = 0.5 } }, 0.3 * 1.3, { atol = 1e-4 })
 end }
+
+-- A small body far away and a block with a scene around it; where the block's centre is at the end,
+-- and its speed.
+local function block_in(c, block, scene, fields)
+  local spec = { lattice = { 1, 1, 1 }, position = { -5, 0, 0 }, duration = 2, energy = false,
+    may_diverge = MAY, scene = { gravity = true, ground = true, damping = true, friction = true,
+      edges = true, block = block } }
+  for name, value in pairs(scene) do spec.scene[name] = value end
+  for name, value in pairs(fields or {}) do spec[name] = value end
+  spec.record = { block = 50 }
+  local path = c:run(spec):trace "block"
+  local last, before = path[#path], path[#path - 5]
+  local speed = 0
+  for axis = 1, 3 do speed = math.max(speed, math.abs(last[axis] - before[axis]) * 10) end
+  return last, speed
+end
+
+-- A block with its centre there in the world.
+local function at(x, y, z, size, fields)
+  local block = { size = size, mass = 2, damping_ratio = 1,
+    position = { x + 5 - size[1] / 2, y - size[2] / 2, z - size[3] / 2 } }
+  for name, value in pairs(fields or {}) do block[name] = value end
+  return block
+end
+
+case { name = "a beam lies on two posts, and without its edges falls through", run = function(c)
+  local posts = { boxes = {
+    { from = { -0.5, -0.5, 0 }, to = { -0.4, 0.5, 0.3 }, damping_ratio = 1 },
+    { from = { 0.4, -0.02, 0 }, to = { 0.5, 0.02, 0.3 }, damping_ratio = 1 } } }
+  local beam = at(0, 0, 0.36, { 1.6, 0.1, 0.1 })
+  local place, speed = block_in(c, beam, posts)
+  c:near("height (m)", place[3], 0.35, { atol = 2e-3 })
+  c:at_most("speed (m/s)", speed, 1e-3)
+  posts.edges = false
+  c:at_most("height without edges (m)", block_in(c, beam, posts)[3], 0.1)
+end }
+
+case { name = "a block lies on a ball and on a ridge", run = function(c)
+  local place = block_in(c, at(0, 0, 0.46, { 0.4, 0.4, 0.1 }),
+    { spheres = { center = { 0, 0, 0.2 }, radius = 0.2, damping_ratio = 1 } }, { duration = 0.5 })
+  c:near("height on the ball (m)", place[3], 0.45, { atol = 5e-3 })
+  local heights = {}
+  for i = 1, 21 do
+    heights[i] = {}
+    for j = 1, 21 do heights[i][j] = j == 11 and 0.2 or 0 end
+  end
+  local ridge = { ground = false, terrain = { spacing = 0.1, origin = { -1, -1, 0 },
+    heights = heights, damping_ratio = 1 } }
+  place = block_in(c, at(0, 0, 0.26, { 0.3, 0.5, 0.1 }), ridge, { duration = 0.5,
+    position = { -5, 0, 0.3 } })
+  c:at_least("height on the ridge (m)", place[3], 0.2)
+  ridge.terrain.spacing = 0.01
+  c:raises("scene.edges: the block meets more than 128 places", function()
+    block_in(c, at(0, 0, 0.26, { 0.3, 0.5, 0.1 }), ridge)
+  end)
+end }
+
+case { name = "a block is wedged between two boxes", brief = true, run = function(c)
+  for _, gap in ipairs { 0.3, 0.2 } do
+    local place = block_in(c, at(0, 0, 0.15, { 0.3, 0.3, 0.3 }, { spin = { 0, 0, 1 } }), { boxes = {
+      { from = { -1, -0.1, 0 }, to = { -gap / 2, 0.1, 0.5 }, damping_ratio = 1 },
+      { from = { gap / 2, -0.5, 0 }, to = { 1, 0.5, 0.2 }, damping_ratio = 1 } } },
+      { duration = 0.5 })
+    for axis = 1, 3 do c:at_most("way (m)", math.abs(place[axis]), 10) end
+  end
+end }

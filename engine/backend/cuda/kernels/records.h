@@ -6,7 +6,7 @@
 #include "physics/effects/all.h"
 #include "physics/origin.h"
 #include "physics/scripted/operations.h"
-#include "physics/solid.h"
+#include "physics/solid_edges.h"
 #include "physics/summary.h"
 
 namespace limax::cuda {
@@ -207,8 +207,11 @@ struct solid_touch : solid::touch {
     effects::vector<R> before;  // velocity before the kick and after it, m/s
     effects::vector<R> after;
 };
-// Corners of the block at fixed contacts: all eight at each instance.
-LIMAX_LAW constexpr int corners_of_solid(int contacts) { return 8 * contacts; }
+// Places of the block at fixed contacts: at each instance all eight corners, or with `edges` as
+// many as it may have.
+LIMAX_LAW constexpr int corners_of_solid(int contacts, bool edges) {
+    return (edges ? solid::most_touches : 8) * contacts;
+}
 
 // The blocks of all robots; null in a scene without a block.
 template <class R>

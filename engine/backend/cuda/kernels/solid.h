@@ -95,7 +95,7 @@ __device__ inline robot_solid solid_of(const launch_arguments& launch, int64_t r
             columns.marked + robot * marks_of(sites),
             columns.touches + robot * 2 * sites,
             columns.touches + (robot * 2 + 1) * sites,
-            columns.corners + robot * corners_of_solid(contacts),
+            columns.corners + robot * corners_of_solid(contacts, has<effects::edges>),
             after,
             sites};
 }

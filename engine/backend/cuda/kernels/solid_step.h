@@ -4,6 +4,7 @@
 #pragma once
 
 #include "backend/cuda/kernels/scene.h"
+#include "physics/solid_edges.h"
 
 namespace limax::cuda {
 
@@ -64,10 +65,10 @@ LIMAX_LAW void push_solid(solid_record& record, const scene_values& scene, const
     }
     for (int i = 0; i < count; ++i) solid::meet_back<real>(load, touching[i]);
     int standing = 0;
-    solid::meet_contacts(
-        laws.block, record.seen, load,
-        [&](const auto& visit) { each_fixed_contact(scene, origin, time, visit); },
-        [&](const solid::touch& found) { corners[standing++] = found; });
+    const auto each = [&](const auto& visit) { each_fixed_contact(scene, origin, time, visit); };
+    const auto keep = [&](const solid::touch& found) { corners[standing++] = found; };
+    solid::meet_contacts(laws.block, record.seen, load, each, keep);
+    if constexpr (has<edges>) solid::meet_edges(laws.block, record.seen, load, each, keep);
     solid::kick(block, load, laws.block.mass, h);
     if constexpr (has<friction>) {
         const auto law = friction::make<double>(scene.of(index_of<friction>), origin);

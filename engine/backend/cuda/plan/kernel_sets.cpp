@@ -273,7 +273,8 @@ scene_kernels::robot_memory scene_kernels::memory_of_robot() const {
         memory.solids = 1;
         memory.solid_marks = std::size_t(marks_of(int64_t(sites)));
         memory.solid_touches = 2 * sites;
-        memory.solid_corners = std::size_t(corners_of_solid(contacts));
+        memory.solid_corners = std::size_t(
+            corners_of_solid(contacts, setup_->scene.has(effects::index_of<effects::edges>)));
         if (!on_grid_) memory.solid_after = 3 * sites;
     }
     return memory;

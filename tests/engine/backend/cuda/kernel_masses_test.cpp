@@ -203,7 +203,7 @@ struct kernel_block {
         int contacts = 0;
         for (std::size_t i = 0; i < effect_entries().size(); ++i)
             if (effects::contact_bits >> i & 1u) contacts += scene.instances(int(i));
-        corners.resize(std::size_t(cuda::corners_of_solid(contacts)));
+        corners.resize(std::size_t(cuda::corners_of_solid(contacts, true)));
     }
     // Pushes the masses at `sites`, and is pushed by them; the drift is left to the caller.
     void push(const mass_columns& masses, const std::vector<int32_t>& sites, double h) {
