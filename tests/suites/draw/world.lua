@@ -7,6 +7,7 @@ local motion = require "limax.draw.motion"
 local palette = require "limax.draw.palette"
 local pictures = require "limax.draw.picture.scene"
 local sheet = require "limax.draw.sheet"
+local stage = require "limax.draw.picture.stage"
 local view = require "limax.draw.picture.view"
 local world = require "limax.draw.picture.world"
 
@@ -21,14 +22,20 @@ local function walked_in(scene, duration)
     duration = duration or 0.2 }))
 end
 
--- The number of pixels of each colour, as "#rrggbb", in a film's first pose.
-local function colors_of(film, name, width)
+-- The pixels of a film's first pose, four bytes each.
+local function drawn(film, name, width)
   local frame = pictures.frame(film, view.of[name], width or 300, 1,
     { text = 9, gap = 0, head = 2 })
   local canvas = canvases.new("pixels", frame.panel, frame.height)
   pictures.draw(canvas, film, frame, film.poses[1], 1)
   pictures.flows(canvas, film, frame)
-  local bytes, count = canvas:finish(), {}
+  return canvas:finish(), frame
+end
+
+-- The number of pixels of each colour, as "#rrggbb", in a film's first pose.
+local function colors_of(film, name, width)
+  local bytes, frame = drawn(film, name, width)
+  local count = {}
   for at = 1, #bytes, 4 do
     local color = ("#%02x%02x%02x"):format(bytes:byte(at, at + 2))
     count[color] = (count[color] or 0) + 1
@@ -95,6 +102,31 @@ suite:test("muscles are tinted by their activation, and the target is a ball", f
   for color, count in pairs(plain) do differ = differ + math.abs(count - (tinted[color] or 0)) end
   t:ok(differ > 100, differ)
   t:ok(sheet.film_strip(walked):find("target at (0.15, -0.06, 0.1) m", 1, true))
+end)
+
+suite:test("what moves is drawn where it is at the time of the pose", function(t)
+  local function shapes(forwards)
+    local x = 0.05 + 0.4 * forwards
+    return { { from = { x, -0.04, 0 }, to = { x + 0.1, -0.02, 0.1 } } },
+      { { center = { x, 0.1, 0.28 }, radius = 0.03 } }
+  end
+  local boxes, spheres = shapes(0)
+  for _, each in ipairs { boxes[1], spheres[1] } do
+    each.velocity, each.turns = { 0.4, 0, 0 }, 0.2
+  end
+  local scene = limax.scenes.land { moving_boxes = boxes, moving_spheres = spheres }
+  local walked = walked_in(scene, 0.5)
+  local film = motion.of(walked, { 0, 0.15, 0.3, 0.5 })
+  local poses, moving, back = film.poses, film.stage, film.stage.back
+  for k, forwards in ipairs { 0, 0.15, 0.1, 0.1 } do -- s
+    film.poses, film.stage = { poses[k] }, moving
+    local found = drawn(film, "side")
+    boxes, spheres = shapes(forwards)
+    film.stage = stage.new(world.of { ground = { height = 0 }, boxes = boxes, spheres = spheres },
+      { back { 1, 0, 0 }, back { 0, 1, 0 }, back { 0, 0, 1 } })
+    t:ok(found == drawn(film, "side"), poses[k].time)
+  end
+  t:ok(sheet.film_strip(walked):find("ground, 1 moving box, 1 moving sphere", 1, true))
 end)
 
 suite:test("any world makes a picture", function(t)

@@ -166,11 +166,11 @@ end
 --- Draws the world in a slab and a pose of the body, the farthest pieces first.
 ---@param place fun(p: number[]): number[] a point on the canvas, px
 ---@param thin number px, the lines between faces
----@param pose? limax.motion.pose without one only the world is drawn
+---@param pose? limax.motion.pose without one only what does not move is drawn
 function scene.draw_solids(canvas, film, slab, view, place, thin, pose)
   local block = pose and #pose.block > 0 and block_picture.spaces(pose.block) or nil
-  local items, veils, faces = stage.pieces(film.stage, slab, view.sight, block,
-    block_picture.hex)
+  local items, veils, faces = stage.pieces(film.stage, slab, pose and pose.time, view.sight,
+    block, block_picture.hex)
   local function paint(piece, opacity)
     local points = {}
     for k, p in ipairs(piece.points) do points[k] = place(p) end

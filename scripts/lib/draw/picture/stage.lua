@@ -30,6 +30,7 @@ local UP = { 0, 0, 1 }
 ---@field planes limax.picture.space[]
 ---@field boxes limax.picture.space[][]
 ---@field spheres { center: number[], radius: number, hex: string|nil }[] the target is one
+---@field moving table[] moving boxes and spheres of the world, not turned
 ---@field terrain table|nil
 ---@field flows limax.world.flow[]
 ---@field turn fun(point: number[]): number[]
@@ -53,6 +54,24 @@ local function spaces_of(low, high, turn)
   return spaces
 end
 
+local function joined(...)
+  local all = {}
+  for _, list in ipairs { ... } do
+    for _, item in ipairs(list) do all[#all + 1] = item end
+  end
+  return all
+end
+
+-- Adds boxes and spheres of the world to a stage.
+local function add_shape(self, shape)
+  if shape.radius then
+    table.insert(self.spheres, { center = self.turn(shape.center), radius = shape.radius,
+      hex = shape.hex })
+  else
+    table.insert(self.boxes, spaces_of(shape.from, shape.to, self.turn))
+  end
+end
+
 --- A world as it is seen along the path.
 ---@param axes? number[][] along, away and up in the world; its own if left out
 function stage.new(around, axes)
@@ -66,17 +85,14 @@ function stage.new(around, axes)
     return q
   end
   local self = { planes = {}, boxes = {}, spheres = {}, terrain = around.terrain, flows = {},
-    turn = turn, back = back }
+    moving = joined(around.moving_boxes, around.moving_spheres), turn = turn, back = back }
   if around.ground then self.ground = { normal = turn(UP), offset = around.ground } end
   for k, plane in ipairs(around.planes) do
     self.planes[k] = { normal = turn(plane.normal), offset = plane.offset }
   end
-  for k, box in ipairs(around.boxes) do self.boxes[k] = spaces_of(box.from, box.to, turn) end
-  for k, sphere in ipairs(around.spheres) do
-    self.spheres[k] = { center = turn(sphere.center), radius = sphere.radius }
-  end
+  for _, shape in ipairs(joined(around.boxes, around.spheres)) do add_shape(self, shape) end
   if around.target then
-    table.insert(self.spheres, { center = turn(around.target), radius = world.target_radius,
+    add_shape(self, { center = around.target, radius = world.target_radius,
       hex = world.target_hex })
   end
   for k, flow in ipairs(around.flows) do
@@ -113,14 +129,6 @@ local function middle_of(slab)
     reach = reach + (slab.high[c] - slab.low[c])
   end
   return center, reach
-end
-
-local function joined(...)
-  local all = {}
-  for _, list in ipairs { ... } do
-    for _, item in ipairs(list) do all[#all + 1] = item end
-  end
-  return all
 end
 
 local function look_of(normal, hex, ink)
@@ -172,6 +180,22 @@ local function add_sphere(items, sphere, within, context)
   end
 end
 
+--- All sides of one box or sphere of the world, wherever it is.
+---@return limax.picture.polygon[]
+function stage.sides(self, shape)
+  local items, sides = {}, {}
+  if shape.radius then
+    local sphere = { center = self.turn(shape.center), radius = shape.radius }
+    add_sphere(items, sphere, {}, {})
+  else
+    local center, reach = middle_of { low = shape.from, high = shape.to }
+    add_solid(items, spaces_of(shape.from, shape.to, self.turn),
+      { center = self.turn(center), reach = reach }, world.hex, world.ink)
+  end
+  for _, item in ipairs(items) do sides = joined(sides, item.parts) end
+  return sides
+end
+
 -- Where a body may be: above the ground and in front of the planes.
 local function open_of(self)
   local open = {}
@@ -201,12 +225,13 @@ local function sheets_of(self, within, open, context)
 end
 
 --- The pieces of the world that are visible in a slab, and the block where it is at that moment.
+---@param time? number s, of what moves; without it that is left out
 ---@param sight? number[] away from the viewer, who does not see the backs of things; without it all
 --- sides are returned
 ---@return limax.picture.item[] items for order.new
 ---@return limax.picture.polygon[] veils planes seen from behind: they are in front of all
 ---@return limax.picture.polygon[] patches of terrain
-function stage.pieces(self, slab, sight, block, block_hex)
+function stage.pieces(self, slab, time, sight, block, block_hex)
   local center, reach = middle_of(slab)
   local context = { sight = sight, center = center, reach = reach }
   local within, open = spaces_of(slab.low, slab.high), open_of(self)
@@ -218,10 +243,12 @@ function stage.pieces(self, slab, sight, block, block_hex)
       veils[#veils + 1] = sheet.parts[1]
     end
   end
-  for _, box in ipairs(self.boxes) do
+  local now = { turn = self.turn, boxes = joined(self.boxes), spheres = joined(self.spheres) }
+  for _, shape in ipairs(time and self.moving or {}) do add_shape(now, world.moved(shape, time)) end
+  for _, box in ipairs(now.boxes) do
     add_solid(items, joined(box, within, open), context, world.hex, world.ink)
   end
-  for _, sphere in ipairs(self.spheres) do
+  for _, sphere in ipairs(now.spheres) do
     -- a small ball that reaches into the slab is shown whole
     local inside = sphere.radius < reach / 4
     for c = 1, 3 do

@@ -50,6 +50,15 @@ function track.layout(film, room, scale)
     height = math.ceil((high[3] - low[3]) * scale) + RULER }
 end
 
+-- The corners of a moving box or sphere at a time.
+local function corners_at(film, shape, time)
+  local corners = {}
+  for _, side in ipairs(stage.sides(film.stage, world.moved(shape, time))) do
+    for _, p in ipairs(side.points) do corners[#corners + 1] = p end
+  end
+  return corners
+end
+
 -- The ground and numbers along it, in metres from the start.
 local function draw_ruler(canvas, film, layout, place, size)
   local middle = (layout.low[2] + layout.high[2]) / 2
@@ -78,20 +87,25 @@ function track.draw(canvas, film, layout, top, size)
     local x, y = view.of.profile.project { p[1] - along, p[2] - away, p[3] - layout.low[3] }
     return { canvas.width / 2 + x * layout.scale, top + layout.height - RULER - y * layout.scale }
   end
-  if world.has_obstacles(film.world) then
-    local half = (layout.high[1] - layout.low[1]) / 2 * layout.scale
-    canvas:clip(canvas.width / 2 - half, top - 1, canvas.width / 2 + half,
-      top + layout.height - RULER + 1)
-    scene.draw_solids(canvas, film, layout, view.of.profile, place, 0.5)
-    canvas:clip()
-  end
-  if film.stage.ground then draw_ruler(canvas, film, layout, place, size) end
   local function ghost(corners, k, color)
     local points = {}
     for m, p in ipairs(corners) do points[m] = place(p) end
     canvas:polygon(skin.outline(points), { fill = color, fill_opacity = 0.06 + 0.035 * k,
       stroke = color, width = 0.8 })
   end
+  if world.has_obstacles(film.world) then
+    local half = (layout.high[1] - layout.low[1]) / 2 * layout.scale
+    canvas:clip(canvas.width / 2 - half, top - 1, canvas.width / 2 + half,
+      top + layout.height - RULER + 1)
+    scene.draw_solids(canvas, film, layout, view.of.profile, place, 0.5)
+    for k, pose in ipairs(film.poses) do
+      for _, shape in ipairs(film.stage.moving) do
+        ghost(corners_at(film, shape, pose.time), k, world.hex)
+      end
+    end
+    canvas:clip()
+  end
+  if film.stage.ground then draw_ruler(canvas, film, layout, place, size) end
   for k, pose in ipairs(film.poses) do
     if #pose.block > 0 then ghost(pose.block, k, block_picture.hex) end
     ghost(pose.points, k, GHOST)

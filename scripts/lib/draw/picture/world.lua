@@ -12,6 +12,8 @@ local world = {}
 ---@field planes limax.picture.space[] normals point out of what is solid
 ---@field boxes { from: number[], to: number[] }[]
 ---@field spheres { center: number[], radius: number }[]
+---@field moving_boxes table[] boxes with `velocity`, m/s, and `turns`, s, where they are at first
+---@field moving_spheres table[] spheres, likewise
 ---@field terrain { spacing: number, origin: number[], heights: number[][] }|nil
 ---@field fluid boolean is there drag?
 ---@field air boolean is there wind, even of speed 0?
@@ -25,7 +27,7 @@ local world = {}
 ---@field velocity number[] m/s
 ---@field speed number m/s, above 0
 
---- Colours of fixed things and of their edges, and their name in a legend. Cool, unlike bodies.
+--- Colours of obstacles and of their edges, and their name in a legend. Cool, unlike bodies.
 world.hex, world.ink, world.word = "#b3bac3", "#727a83", "obstacle"
 --- Colour of the target, and the radius of the ball that marks it, m.
 world.target_hex, world.target_radius = "#2f9e44", 0.04
@@ -43,7 +45,7 @@ local FLOOR = 0.5
 
 -- The direction against gravity if it points upwards, else z.
 local function up_of(scene)
-  local solid = scene.ground or scene.planes or scene.terrain or scene.boxes
+  local solid = scene.ground or scene.planes or scene.terrain or scene.boxes or scene.moving_boxes
   local g = scene.gravity and scene.gravity.acceleration
   if not solid or not g or g[3] >= 0 then return { 0, 0, 1 } end
   local up = polygon.unit { -g[1], -g[2], -g[3] }
@@ -70,14 +72,32 @@ function world.of(scene)
   end
   return { up = up_of(scene), ground = scene.ground and scene.ground.height, planes = planes,
     boxes = scene.boxes or {}, spheres = scene.spheres or {}, terrain = scene.terrain,
+    moving_boxes = scene.moving_boxes or {}, moving_spheres = scene.moving_spheres or {},
     fluid = scene.drag ~= nil, air = scene.wind ~= nil, flows = flows,
     target = scene.target and scene.target.position,
     anchored = scene.anchors ~= nil, forces = forces }
 end
 
+--- A moving box or sphere where it is at a time; see engine/physics/effects/moving.h.
+---@param time number s since the muscles began
+---@return table a fixed box or sphere
+function world.moved(shape, time)
+  local turns, forwards, now = shape.turns, math.max(time, 0), { radius = shape.radius }
+  if turns > 0 then forwards = turns - math.abs(forwards % (2 * turns) - turns) end
+  for _, name in ipairs { "from", "to", "center" } do
+    local p, v = shape[name], shape.velocity
+    now[name] = p and { p[1] + forwards * v[1], p[2] + forwards * v[2], p[3] + forwards * v[3] }
+  end
+  return now
+end
+
+local function has_shapes(around)
+  return #around.boxes + #around.spheres + #around.moving_boxes + #around.moving_spheres > 0
+end
+
 --- Is there more than flat ground?
 function world.has_obstacles(around)
-  return #around.planes + #around.boxes + #around.spheres > 0 or around.terrain ~= nil
+  return has_shapes(around) or #around.planes > 0 or around.terrain ~= nil
 end
 
 --- Is there something that is drawn as an obstacle: a box, a sphere, a wall?
@@ -85,7 +105,7 @@ function world.has_solids(around)
   for _, plane in ipairs(around.planes) do
     if not world.is_floor(plane.normal, around.up) then return true end
   end
-  return #around.boxes + #around.spheres > 0
+  return has_shapes(around)
 end
 
 --- Is a plane a floor?
@@ -131,6 +151,8 @@ function world.words(around)
   add(counted(around.planes, "plane", "planes"))
   add(counted(around.boxes, "box", "boxes"))
   add(counted(around.spheres, "sphere", "spheres"))
+  add(counted(around.moving_boxes, "moving box", "moving boxes"))
+  add(counted(around.moving_spheres, "moving sphere", "moving spheres"))
   add(around.air and (flowing.wind or "still air"))
   add(around.fluid and (flowing.current or "a fluid"))
   add(around.anchored and "anchors")
