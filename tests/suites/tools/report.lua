@@ -295,6 +295,7 @@ end)
 
 suite:test("a replay has the activations of a controller, and its target", function(t)
   local scene = limax.scenes.land { actuation = false, target = true,
+    moving_boxes = { from = { 1, 1, 1 }, to = { 2, 2, 2 }, velocity = { 0, 3, 0 }, turns = 0.15 },
     block = { position = { 1, 0, 0 } }, control = { signal = "a = 1;", rate = 20 } }
   local data = replay.of(motion.simulate(limax.robot { voxels = "es" },
     { scene = scene, duration = 0.2 }))
@@ -308,6 +309,9 @@ suite:test("a replay has the activations of a controller, and its target", funct
   end
   t:equal(light, 5)
   t:ok(data.world.target)
+  local moving = data.world.moving[1]
+  t:equal({ #moving.parts, #moving.path }, { 6, 3 * data.samples })
+  t:near(moving.path[#moving.path - 1], 0.3) -- m: 0.15 s forwards, 0.05 s back
 end)
 
 -- ---- archives, fronts, islands ------------------------------------------------------------------

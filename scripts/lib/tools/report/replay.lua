@@ -42,6 +42,8 @@ local PATCHES, MOST_RULES = 32, 200
 ---@field ground boolean
 ---@field parts { points: number[], edges: (boolean|string)[], fill: string|nil, ink: string,
 --- wall: boolean|nil }[]|nil polygons, and lines between two points; walls are transparent
+---@field moving { parts: table[], path: number[] }[]|nil boxes and spheres: polygons as they are at
+--- first, and how far they have moved at each sample, m, [sample][3]
 ---@field obstacle string|nil colour of obstacles, if there are any
 ---@field target string|nil colour of the target, if there is one
 
@@ -94,8 +96,25 @@ local function add_rules(parts, floor, slab)
   end
 end
 
+-- The boxes and spheres of the world that move.
+local function moving_of(self, samples, rate)
+  local list = {}
+  for k, shape in ipairs(self.moving) do
+    local parts, path = {}, {}
+    for _, side in ipairs(stage.sides(self, shape)) do
+      parts[#parts + 1] = part_of(side.points, side.edges, side.look)
+    end
+    local still = { center = { 0, 0, 0 }, velocity = shape.velocity, turns = shape.turns }
+    for s = 0, samples - 1 do
+      for _, moved in ipairs(world.moved(still, s / rate).center) do path[#path + 1] = moved end
+    end
+    list[k] = { parts = parts, path = path }
+  end
+  return #list > 0 and list or nil
+end
+
 -- The part of the world that the samples come near to.
-local function world_of(around, samples)
+local function world_of(around, samples, rate)
   local low, high, take = polygon.bounds(3)
   for _, values in ipairs(samples) do
     for c = 1, #values, 3 do take { values[c], values[c + 1], values[c + 2] } end
@@ -121,7 +140,7 @@ local function world_of(around, samples)
     end
   end
   return { up = around.up, ground = turned.ground ~= nil,
-    parts = #parts > 0 and parts or nil,
+    parts = #parts > 0 and parts or nil, moving = moving_of(turned, #samples, rate),
     obstacle = world.has_solids(around) and world.hex or nil,
     target = target and world.target_hex }
 end
@@ -186,7 +205,7 @@ function replay.of(walked)
   while (trace:size() - 1) % stride ~= 0 do stride = stride - 1 end
   local samples = samples_of(trace, masses, stride)
   result.rate, result.samples, result.body = trace.rate / stride, #samples, #masses
-  result.world = world_of(body.world, samples)
+  result.world = world_of(body.world, samples, result.rate)
   if block then add_block(result, samples, walked:trace "block", stride, block.size) end
   result.tints = tints_of(result, walked, body, stride)
   result.masses, result.steps = #samples[1] / 3, steps_of(samples)

@@ -124,6 +124,8 @@
     view.trail.renderOrder = 1;
     view.world = new THREE.Group();
     view.world.add(...bodyOf(view), view.trail, ...worldOf(replay.world));
+    view.moving = (replay.world.moving || []).map((shape) => new THREE.Group().add(...worldOf(shape)));
+    view.moving.forEach((group) => view.world.add(group));
     view.world.position.set(-path[0], -path[1], 0);
     view.world.traverse((thing) => { thing.frustumCulled = false; });
 
@@ -173,17 +175,23 @@
     const { replay, path, shape } = view;
     const at = Math.min(state.time * replay.rate, replay.samples - 1);
     const first = Math.floor(at);
+    const next = Math.min(first + 1, replay.samples - 1);
     const from = first * replay.masses * 3;
-    const to = Math.min(first + 1, replay.samples - 1) * replay.masses * 3;
+    const to = next * replay.masses * 3;
     const p = replay.positions;
     replay.corners.forEach((mass, k) => {
       for (let c = mass * 3; c < mass * 3 + 3; ++c) {
         shape[k * 3 + c % 3] = p[from + c] + (p[to + c] - p[from + c]) * (at - first);
       }
     });
-    if (view.plain) tint(view, first, Math.min(first + 1, replay.samples - 1), at - first);
+    if (view.plain) tint(view, first, next, at - first);
     view.mesh.geometry.attributes.position.needsUpdate = true;
     view.mesh.geometry.computeVertexNormals();
+    view.moving.forEach((group, k) => {
+      const { path: moved } = replay.world.moving[k];
+      const there = new THREE.Vector3(...moved.slice(next * 3, next * 3 + 3));
+      group.position.set(...moved.slice(first * 3, first * 3 + 3)).lerp(there, at - first);
+    });
     view.trail.geometry.setDrawRange(0, first + 1);
     // the world moves and the camera does not: the same moment is the same picture, whatever was shown before
     const [x, y, z] = path.subarray(first * 3, first * 3 + 3);
