@@ -6,6 +6,7 @@ local limax = require "limax"
 local motion = require "limax.draw.motion"
 local palette = require "limax.draw.palette"
 local pictures = require "limax.draw.picture.scene"
+local polygon = require "limax.draw.picture.polygon"
 local sheet = require "limax.draw.sheet"
 local stage = require "limax.draw.picture.stage"
 local view = require "limax.draw.picture.view"
@@ -127,6 +128,20 @@ suite:test("what moves is drawn where it is at the time of the pose", function(t
     t:ok(found == drawn(film, "side"), poses[k].time)
   end
   t:ok(sheet.film_strip(walked):find("ground, 1 moving box, 1 moving sphere", 1, true))
+end)
+
+suite:test("ground has the colours of the patches that cover it", function(t)
+  local around = world.of { ground = { height = 0 }, patches = {
+    { from = { 0, -9, -9 }, to = { 9, 9, 9 }, factor = 0.1 },
+    { from = { -9, 0, -9 }, to = { 9, 9, 9 }, factor = 20 },
+    { from = { -9, -9, 1 }, to = { 9, 9, 9 }, factor = 0 } } } -- above the ground
+  local areas = {}
+  for _, part in ipairs(stage.ground_parts(stage.new(around),
+    { low = { -1, -1, -1 }, high = { 1, 1, 1 } })) do
+    local normal = polygon.quad_normal(part.points)
+    areas[part.look.fill] = (areas[part.look.fill] or 0) + normal[3] / 2
+  end
+  t:equal(areas, { [world.soil] = 1, [world.slippery] = 1, [world.rough] = 2 })
 end)
 
 suite:test("any world makes a picture", function(t)

@@ -138,11 +138,16 @@ local function draw_rules(canvas, piece, place)
 end
 
 local function draw_ground(canvas, film, slab, place)
-  local ground, corners = stage.ground_in(film.stage, slab), {}
-  for k, p in ipairs(ground.points) do corners[k] = place(p) end
-  canvas:polygon(corners, { fill = ground.look.fill })
+  local ground = stage.ground_in(film.stage, slab)
+  -- the whole first, so that no gaps show between parts
+  local parts = #film.stage.patches > 0 and stage.ground_parts(film.stage, slab) or {}
+  for _, part in ipairs { ground, unpack(parts) } do
+    local corners = {}
+    for k, p in ipairs(part.points) do corners[k] = place(p) end
+    canvas:polygon(corners, { fill = part.look.fill })
+  end
   draw_rules(canvas, ground, place)
-  canvas:line(corners[1], corners[2], EDGE, 1.2)
+  canvas:line(place(ground.points[1]), place(ground.points[2]), EDGE, 1.2)
 end
 
 -- Draws a shadow straight below the body.

@@ -31,6 +31,7 @@ local UP = { 0, 0, 1 }
 ---@field boxes limax.picture.space[][]
 ---@field spheres { center: number[], radius: number, hex: string|nil }[] the target is one
 ---@field moving table[] moving boxes and spheres of the world, not turned
+---@field patches table[] of friction, not turned
 ---@field terrain table|nil
 ---@field flows limax.world.flow[]
 ---@field turn fun(point: number[]): number[]
@@ -85,7 +86,8 @@ function stage.new(around, axes)
     return q
   end
   local self = { planes = {}, boxes = {}, spheres = {}, terrain = around.terrain, flows = {},
-    moving = joined(around.moving_boxes, around.moving_spheres), turn = turn, back = back }
+    moving = joined(around.moving_boxes, around.moving_spheres), patches = around.patches,
+    turn = turn, back = back }
   if around.ground then self.ground = { normal = turn(UP), offset = around.ground } end
   for k, plane in ipairs(around.planes) do
     self.planes[k] = { normal = turn(plane.normal), offset = plane.offset }
@@ -110,6 +112,12 @@ function stage.ground_height(self, along, away)
   return (ground.offset - n[1] * along - n[2] * away) / n[3]
 end
 
+-- How ground looks whose friction is multiplied by a factor.
+local function ground_look(factor)
+  return { ink = world.furrow, factor = factor, fill = factor < 1 and world.slippery
+    or factor > 1 and world.rough or world.soil }
+end
+
 --- The ground in a slab.
 function stage.ground_in(self, slab)
   local points = {}
@@ -117,8 +125,26 @@ function stage.ground_in(self, slab)
     { slab.high[1], slab.high[2] }, { slab.low[1], slab.high[2] } } do
     points[k] = { at[1], at[2], stage.ground_height(self, at[1], at[2]) }
   end
-  return { points = points, edges = { false, false, false, false },
-    look = { fill = world.soil, ink = world.furrow, ruled = true } }
+  return { points = points, edges = { false, false, false, false }, look = ground_look(1) }
+end
+
+--- The same, cut at the borders of patches of friction.
+function stage.ground_parts(self, slab)
+  local parts = { stage.ground_in(self, slab) }
+  for _, patch in ipairs(self.patches) do
+    local cut = {}
+    for _, inside in ipairs(parts) do
+      for _, space in ipairs(spaces_of(patch.from, patch.to, self.turn)) do
+        local outside
+        if inside then outside, inside = polygon.split(inside, space.normal, space.offset) end
+        cut[#cut + 1] = outside
+      end
+      if inside then inside.look = ground_look(inside.look.factor * patch.factor) end
+      cut[#cut + 1] = inside
+    end
+    parts = cut
+  end
+  return parts
 end
 
 -- The middle of a slab, and a length that no two points of it are farther apart than, m.

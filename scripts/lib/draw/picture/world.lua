@@ -14,6 +14,7 @@ local world = {}
 ---@field spheres { center: number[], radius: number }[]
 ---@field moving_boxes table[] boxes with `velocity`, m/s, and `turns`, s, where they are at first
 ---@field moving_spheres table[] spheres, likewise
+---@field patches { from: number[], to: number[], factor: number }[] of friction
 ---@field terrain { spacing: number, origin: number[], heights: number[][] }|nil
 ---@field fluid boolean is there drag?
 ---@field air boolean is there wind, even of speed 0?
@@ -33,6 +34,8 @@ world.hex, world.ink, world.word = "#b3bac3", "#727a83", "obstacle"
 world.target_hex, world.target_radius = "#2f9e44", 0.04
 --- Colours of floors and terrain, and of the lines on them.
 world.soil, world.furrow = "#efece6", "#c9c2b4"
+--- Colours of ground with less friction, and with more.
+world.slippery, world.rough = "#d3e6f3", "#d5c8af"
 --- Colours of the lines across floors: every 0.1 m, and every 0.5 m.
 world.rules = { fine = "#dcd7cc", strong = "#b9b2a4" }
 --- Colours of wind and current: unlike bodies, and unlike the path of one.
@@ -73,6 +76,7 @@ function world.of(scene)
   return { up = up_of(scene), ground = scene.ground and scene.ground.height, planes = planes,
     boxes = scene.boxes or {}, spheres = scene.spheres or {}, terrain = scene.terrain,
     moving_boxes = scene.moving_boxes or {}, moving_spheres = scene.moving_spheres or {},
+    patches = scene.patches or {},
     fluid = scene.drag ~= nil, air = scene.wind ~= nil, flows = flows,
     target = scene.target and scene.target.position,
     anchored = scene.anchors ~= nil, forces = forces }
@@ -153,6 +157,7 @@ function world.words(around)
   add(counted(around.spheres, "sphere", "spheres"))
   add(counted(around.moving_boxes, "moving box", "moving boxes"))
   add(counted(around.moving_spheres, "moving sphere", "moving spheres"))
+  add(counted(around.patches, "patch of friction", "patches of friction"))
   add(around.air and (flowing.wind or "still air"))
   add(around.fluid and (flowing.current or "a fluid"))
   add(around.anchored and "anchors")

@@ -132,7 +132,10 @@ local function world_of(around, samples, rate)
   local turned = stage.new(around)
   local items, _, patches = stage.pieces(turned, slab)
   items[#items + 1] = { parts = patches }
-  if turned.ground then items[#items + 1] = { parts = { stage.ground_in(turned, slab) } } end
+  if turned.ground then
+    items[#items + 1] = { parts = stage.ground_parts(turned, slab) }
+    add_rules(parts, stage.ground_in(turned, slab), slab)
+  end
   for _, item in ipairs(items) do
     for _, part in ipairs(item.parts) do
       parts[#parts + 1] = part_of(part.points, part.edges, part.look)
