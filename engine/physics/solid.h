@@ -141,18 +141,20 @@ LIMAX_LAW void meet_back(load& on, const touch& at) {
     add_force(on, {double(force.x), double(force.y), double(force.z)}, at.arm, -1.0);
 }
 
-// A place of the block, or of an obstacle in it, at `arm` from the block's centre that may be below
-// the surface of a contact: adds its push and calls keep(touch). `moving` is the number of contacts
-// that move so far, this one included.
+// A place of the block, or of an obstacle in it, as the law of a contact sees it; `arm` leads there
+// from the block's centre.
+LIMAX_LAW effects::node_state<double> node_at(const block_params& law, const view& block,
+                                              const vector& arm) {
+    const double share = effects::block::corner_share * law.mass;
+    return {plus(block.place, 1.0, arm), read_velocity_at(block, arm), share, 1.0 / share};
+}
+// Adds the push of a contact at such a place, if it is below the surface, and calls keep(touch).
+// `moving` is the number of contacts that move so far, this one included.
 template <class E, class Params, class Direction, class Keep>
-LIMAX_LAW void meet_surface(const block_params& law, const view& block, load& on,
-                            const Params& params,
+LIMAX_LAW void meet_surface(const effects::node_state<double>& node, load& on, const Params& params,
                             const effects::surface_point<double, Direction>& point,
                             const vector& arm, [[maybe_unused]] int32_t moving, const Keep& keep) {
     if (!(point.depth > 0)) return;
-    const double share = effects::block::corner_share * law.mass;
-    const effects::node_state<double> node{plus(block.place, 1.0, arm),
-                                           read_velocity_at(block, arm), share, 1.0 / share};
     vector normal{0, 0, 0};
     effects::add_push(point.normal, 1.0, normal);
     const double push = effects::push_at(params, point, node);
@@ -178,10 +180,10 @@ LIMAX_LAW void meet_contacts(const block_params& law, const view& block, load& o
         const vector arm = to_world(block.frame, {corner & 1 ? law.half.x : -law.half.x,
                                                   corner & 2 ? law.half.y : -law.half.y,
                                                   corner & 4 ? law.half.z : -law.half.z});
+        const effects::node_state<double> node = node_at(law, block, arm);
         each_contact([&]<class E>(E, const auto& params) {
             if constexpr (effects::moves<E>) ++moving;
-            meet_surface<E>(law, block, on, params, E::surface(params, plus(block.place, 1.0, arm)),
-                            arm, moving, keep);
+            meet_surface<E>(node, on, params, E::surface(params, node.position), arm, moving, keep);
         });
     }
 }

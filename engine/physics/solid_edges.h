@@ -70,7 +70,7 @@ LIMAX_LAW void meet_edges(const block_params& law, const view& block, load& on,
     each_contact([&]<class E>(E, const auto& params) {
         if constexpr (effects::moves<E>) ++moving;
         const auto push = [&](const vector& arm, double depth, const vector& normal) {
-            meet_surface<E>(law, block, on, params,
+            meet_surface<E>(node_at(law, block, arm), on, params,
                             effects::surface_point<double, vector>{depth, normal}, arm, moving,
                             keep);
         };

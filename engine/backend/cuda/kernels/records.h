@@ -120,7 +120,8 @@ LIMAX_LAW constexpr int instances_shift() {
 }
 template <class E>
 LIMAX_LAW constexpr int instances_in(uint64_t code) {
-    return int(code >> instances_shift<E>() & 255u);
+    constexpr int shift = effects::repeatable<E> ? instances_shift<E>() : 0;
+    return int(code >> shift & 255u);
 }
 template <class Scene>
 LIMAX_LAW uint64_t instances_code(const Scene& scene) {
