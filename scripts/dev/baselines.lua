@@ -6,26 +6,34 @@
 ---   limax scripts/dev/baselines.lua table DIR
 ---
 --- The first command skips arms that are in DIR; further options are those of `limax task run`, such
---- as --set generations=50. It leaves DIR/TASK.json and the best champion of each arm in
---- DIR/champions. The second one needs only these.
+--- as --set generations=50. It leaves the scores of each arm in DIR/scores, and its best champion in
+--- DIR/champions; DIR/runs may then be removed. An arm with "-me" is MAP-Elites.
 
-local arms_of = require "limax.tools.report.arms"
 local bootstrap = require "limax.base.statistics.bootstrap"
 local engine = require "limax.engine"
 local experiments = require "limax.experiment.experiment"
+local holm = require "limax.base.statistics.holm"
 local host = require "limax.host"
 local runs = require "limax.tools.report.runs"
 local sample = require "limax.base.statistics.sample"
 local scripts = require "limax.run.scripts"
 local shell = require "limax.base.shell"
+local signed_rank = require "limax.base.statistics.signed_rank"
 local task = require "limax.experiment.task"
 local verdict = require "limax.tools.compare.verdict"
 
 local CONTROLLERS = { "sine", "reflex", "network", "central" }
+-- Of controllers with genes: weights that begin at random and change faster than the default's.
+local OF_GENES = { "genome.control_spread=0.3", "breeding.control_mutation_scale=0.3" }
+local HAS_GENES = { network = true, central = true }
 -- The arm that the others are compared with.
 local OPEN_LOOP = "sine"
-local METHODS = { { name = "", sets = {} }, { name = " me", sets = { "survival=map_elites",
+local METHODS = { { name = "", sets = {} }, { name = "-me", sets = { "survival=map_elites",
   "supervisor=fixed", 'archive=["grid"]', 'archive.descriptors=["muscle_share","contact"]' } } }
+local ARMS = {}
+for _, method in ipairs(METHODS) do
+  for _, controller in ipairs(CONTROLLERS) do ARMS[#ARMS + 1] = controller .. method.name end
+end
 local PAGE, FROM, TO = "/scripts/TASKS.md", "<!-- baselines -->\n", "<!-- end of baselines -->"
 
 local function read(path)
@@ -35,102 +43,108 @@ local function read(path)
   return text
 end
 
+local function write(path, text) assert(host.file.write_atomic(path, text)) end
+
 -- Runs an arm of a task unless it has been.
 local function run_arm(out, name, controller, method, repetitions, options)
   if host.file.exists(out) then return end
   local words = { "task", "run", name, "--controller", controller, "--out", out, "--quiet",
     "--set", "repetitions=" .. repetitions }
-  for _, set in ipairs(method.sets) do
-    words[#words + 1], words[#words + 2] = "--set", set
+  for _, sets in ipairs { method.sets, HAS_GENES[controller] and OF_GENES or {} } do
+    for _, set in ipairs(sets) do words[#words + 1], words[#words + 2] = "--set", set end
   end
   for _, option in ipairs(options) do words[#words + 1] = option end
   for k, word in ipairs(words) do words[k] = shell.quoted(word) end
   assert(os.execute(shell.quoted(host.executable) .. " " .. table.concat(words, " ")) == 0)
 end
 
--- An arm as the comparison takes it, and the score of each of its runs.
-local function score_arm(out, label, outcomes, device)
+-- Scores the champions of an arm, keeps the scores and the best of them, and returns the scores.
+local function score_arm(folder, name, arm, out, device)
   local list = runs.finished { runs.read(out) }
   local experiment = scripts.run_copy(list[1].folder):override(list[1].config.run.overrides)
-  local worlds = task.worlds(experiment)
-  local arm = { name = label, runs = list, by_pair = {}, fields = {} }
-  for _, run in ipairs(list) do
-    local description = assert(runs.description(run, run.lines[#run.lines]))
+  local worlds, scores, best = task.worlds(experiment), {}, nil
+  for r, run in ipairs(list) do
+    local line = run.lines[#run.lines]
+    local description = assert(runs.description(run, line))
     description.materials = run.config.materials
-    local scores, message = task.scores(experiment, description, worlds, device)
-    if not scores then print(("%s, repetition %d: %s"):format(out, run.repetition, message)) end
-    outcomes[run] = scores and sample.mean(scores)
-    arm.by_pair[arms_of.pair(run)] = run
+    local own, message = task.scores(experiment, description, worlds, device)
+    if not own then error(("%s, repetition %d: %s"):format(out, run.repetition, message), 0) end
+    scores[r] = sample.mean(own)
+    if scores[r] == math.max(unpack(scores)) then best = runs.champion(run, line) end
   end
-  return arm, experiment
+  write(("%s/champions/%s-%s.json"):format(folder, name, arm), read(best))
+  write(("%s/scores/%s-%s.json"):format(folder, name, arm), host.json.encode {
+    evaluations = experiment.config.population * experiment.config.generations,
+    scores = scores })
 end
 
 local function run_task(folder, name, repetitions, options)
-  local arms, outcomes, device, evaluations = {}, {}, engine.device "auto", nil
+  local device = engine.device "auto"
   for _, method in ipairs(METHODS) do
     for _, controller in ipairs(CONTROLLERS) do
-      local label = controller .. method.name
-      local out = ("%s/runs/%s/%s"):format(folder, name, (label:gsub(" ", "-")))
-      run_arm(out, name, controller, method, repetitions, options)
-      local arm, experiment = score_arm(out, label, outcomes, device)
-      evaluations = experiment.config.population * experiment.config.generations
-      table.insert(arms, label == OPEN_LOOP and 1 or #arms + 1, arm)
+      local arm = controller .. method.name
+      local out = ("%s/runs/%s/%s"):format(folder, name, arm)
+      if host.file.exists(("%s/scores/%s-%s.json"):format(folder, name, arm)) ~= "file" then
+        run_arm(out, name, controller, method, repetitions, options)
+        score_arm(folder, name, arm, out, device)
+      end
     end
   end
-  local compared = {}
-  for _, row in ipairs(verdict.compare(arms, outcomes, { baseline = OPEN_LOOP }).arms) do
-    compared[row.name] = row
-  end
-  local result = { task = name, evaluations = evaluations, arms = {} }
-  for k, arm in ipairs(arms) do
-    local scores, best = {}, arm.runs[1]
-    for r, run in ipairs(arm.runs) do
-      scores[r] = outcomes[run]
-      if outcomes[run] > outcomes[best] then best = run end
-    end
-    local row = compared[arm.name]
-    result.arms[k] = { name = arm.name, scores = scores, p_holm = row.test and row.test.p_holm,
-      better = row.claimed and row.test.difference > 0 or false }
-    assert(host.file.write_atomic(("%s/champions/%s-%s.json"):format(folder, name,
-      (arm.name:gsub(" ", "-"))), read(runs.champion(best, best.lines[#best.lines]))))
-  end
-  assert(host.file.write_atomic(("%s/%s.json"):format(folder, name), host.json.encode(result)))
 end
 
--- "1.23 (1.1 to 1.4)", bold where it is better than open loop.
-local function cell(arm)
-  local low, high = bootstrap.interval(arm.scores, sample.mean)
-  local text = ("%.2f (%.2f to %.2f)"):format(sample.mean(arm.scores), low, high)
-  return arm.better and ("**%s**"):format(text) or text
+-- "1.23 (1.1 to 1.4)", bold where it is better than open loop by this p value.
+local function cell(scores, open_loop, p)
+  local low, high = bootstrap.interval(scores, sample.mean)
+  local text = ("%.2f (%.2f to %.2f)"):format(sample.mean(scores), low, high)
+  local better = p and p <= verdict.LEVEL and sample.mean(scores) > sample.mean(open_loop)
+  return better and ("**%s**"):format(text) or text
+end
+
+-- The row of a task; nil without an arm of it. The tests are those of `limax compare`.
+local function row_of(folder, name)
+  local results, cells, p_values, tested = {}, {}, {}, {}
+  local open_loop
+  for k, arm in ipairs(ARMS) do
+    local path = ("%s/scores/%s-%s.json"):format(folder, name, arm)
+    results[k] = host.file.exists(path) == "file" and host.json.decode(read(path))
+    if arm == OPEN_LOOP then open_loop = results[k] end
+  end
+  if not open_loop then return nil end
+  for k, arm in ipairs(ARMS) do
+    if results[k] and arm ~= OPEN_LOOP then
+      local differences = {}
+      for r, score in ipairs(results[k].scores) do
+        differences[r] = score - open_loop.scores[r]
+      end
+      p_values[#p_values + 1], tested[#tested + 1] = signed_rank.test(differences).p, k
+    end
+  end
+  local adjusted = {}
+  for i, p in ipairs(holm.adjust(p_values)) do adjusted[tested[i]] = p end
+  for k in ipairs(ARMS) do
+    cells[k] = results[k] and cell(results[k].scores, open_loop.scores, adjusted[k]) or ""
+  end
+  return ("| `%s` | %d x %d | %s |"):format(name, #open_loop.scores, open_loop.evaluations,
+    table.concat(cells, " | "))
 end
 
 local function write_table(folder)
-  local lines, header = {}, nil
-  for _, file in ipairs(host.file.list(folder)) do
-    if file:match "%.json$" then
-      local result = host.json.decode(read(folder .. "/" .. file))
-      local cells, names = {}, {}
-      for k, arm in ipairs(result.arms) do
-        cells[k], names[k] = cell(arm), arm.name
-      end
-      header = header or ("| task | robots | %s |\n|%s"):format(table.concat(names, " | "),
-        ("---|"):rep(#names + 2))
-      lines[#lines + 1] = ("| `%s` | %d x %d | %s |"):format(result.task, #result.arms[1].scores,
-        result.evaluations, table.concat(cells, " | "))
-    end
+  local lines = { ("| task | robots | %s |"):format(table.concat(ARMS, " | ")),
+    "|" .. ("---|"):rep(#ARMS + 2) }
+  for _, file in ipairs(host.file.list(host.home .. "/scripts/tasks")) do
+    lines[#lines + 1] = row_of(folder, file:match "^(.*)%.lua$")
   end
   local page = read(host.home .. PAGE)
-  local first, last = page:find(FROM, 1, true), page:find(TO, 1, true)
-  assert(first and last, "TASKS.md has no place for the table")
-  assert(host.file.write_atomic(host.home .. PAGE, page:sub(1, first + #FROM - 1) .. header .. "\n"
-    .. table.concat(lines, "\n") .. "\n" .. page:sub(last)))
+  local _, from = page:find(FROM, 1, true)
+  local to = page:find(TO, 1, true)
+  write(host.home .. PAGE, page:sub(1, from) .. table.concat(lines, "\n") .. "\n" .. page:sub(to))
 end
 
 local action, folder, repetitions, names = unpack(arg)
 assert(folder and (action == "table" or action == "run" and names), "see the head of this script")
 if action == "table" then return write_table(folder) end
-for _, path in ipairs { folder, folder .. "/champions", folder .. "/runs" } do
-  host.file.mkdir(path)
+for _, path in ipairs { "", "/champions", "/scores", "/runs" } do
+  host.file.mkdir(folder .. path)
 end
 for name in names:gmatch "[^,]+" do
   host.file.mkdir(("%s/runs/%s"):format(folder, name))

@@ -312,7 +312,7 @@ private:
     robot_columns<S, compensated>& columns_;
     double tick_;                   // s
     double origin_[3] = {0, 0, 0};  // the robot's own, m
-    double time_ = 0;               // where contacts that move are, s
+    double time_ = -1;              // where contacts that move are, s
     std::vector<effects::patches::params<S>> patches_;
     effects::actuation::clock clock_{};
     int64_t drive_tick_ = 0;  // of a controller

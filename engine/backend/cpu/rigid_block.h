@@ -250,7 +250,7 @@ private:
     solid::friction_params friction_{};
     std::vector<contact_instance> contacts_;
     std::vector<effects::patches::params<double>> patches_;
-    double time_ = 0;  // where contacts that move are, s
+    double time_ = -1;  // where contacts that move are, s
 
     solid::state block_;
     solid::moment moment_;  // at t_n

@@ -69,12 +69,12 @@ inline constexpr bool moves = requires(typename E::template params<float> p) {
     E::move(p, nullptr, nullptr, 0.0);
 };
 
-// Parameters of an effect for a robot whose own origin is `origin`, at a time, with the table that
-// it may read.
+// Parameters of an effect for a robot whose own origin is `origin`, with the table that it may
+// read, at a time, s since the muscles began; before that if it is left out.
 template <class E, class R>
 LIMAX_LAW typename E::template params<R> make_params(const double* values, const double* origin,
                                                      const height_table& heights,
-                                                     double time = 0.0) {
+                                                     double time = -1.0) {
     auto params = E::template make<R>(values, origin);
     if constexpr (moves<E>) E::move(params, values, origin, time);
     if constexpr (reads_heights<E>) params.table = heights;

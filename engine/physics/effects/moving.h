@@ -15,10 +15,10 @@ inline constexpr field motion_turns = {
 // How far a shape has moved along each axis per m/s, s, and in which direction it moves.
 struct motion_state {
     double way;   // s
-    double sign;  // 1, -1 on the way back, 0 before it begins
+    double sign;  // 1, -1 on the way back, 0 before t = 0
 };
 LIMAX_LAW motion_state motion_at(double turns, double time) {
-    if (!(time > 0.0)) return {0.0, 0.0};
+    if (!(time >= 0.0)) return {0.0, 0.0};
     if (!(turns > 0.0)) return {time, 1.0};
     const double count = static_cast<double>(static_cast<int64_t>(time / turns));
     const double since = time - count * turns;
@@ -43,7 +43,7 @@ struct moving {
     struct params : Shape::template params<R> {
         vector<R> surface_velocity;  // m/s
     };
-    // Where it is at t = 0, at rest.
+    // At rest where it is until t = 0.
     template <class R>
     LIMAX_LAW static params<R> make(const double* values, const double* origin) {
         return {Shape::template make<R>(values, origin), {R(0), R(0), R(0)}};

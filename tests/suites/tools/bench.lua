@@ -54,14 +54,14 @@ end)
 suite:test("effects: each one, all but each, and all", function(t)
   local rows = bench(t, { "effects", "--device", "cpu", "--seconds", "0.01" })
   -- springs are in all, control is in none but its own
-  t:equal(#rows, 3 + 2 * (#engine.effects() - 2))
+  t:equal(#rows, 5 + 2 * (#engine.effects() - 4))
   t:near(rows[1].relative_to_springs, 1)
   t:equal(rows[#rows].effects, "all")
   t:near(rows[#rows].relative_to_all, 1)
   -- friction needs the ground
   local both = row_of(t, rows, { effects = "ground, friction" })
   t:near(both.relative_to_springs, both.seconds_per_step / rows[1].seconds_per_step)
-  row_of(t, rows, { effects = "all but ground, friction" })
+  row_of(t, rows, { effects = "all but ground, friction, patches" })
 end)
 
 suite:test("hard cases: invariants detect divergence and energy from nowhere", function(t)

@@ -55,7 +55,7 @@ namespace limax::cuda {
     f(occupancy_max_active_blocks, cuOccupancyMaxActiveBlocksPerMultiprocessor)
 
 // The driver and the GPUs that are served: CUDA 12 or newer, compute capability 7.5 or newer.
-inline constexpr int oldest_driver = 12000, oldest_capability = 75;
+inline constexpr int oldest_driver = 12010, oldest_capability = 75;
 
 // The properties of a GPU that do not change while it works.
 struct gpu {

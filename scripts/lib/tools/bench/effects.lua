@@ -2,6 +2,7 @@
 --- all but each, and with all; on a GPU also the registers and instructions of the scene's kernel.
 
 local cases = require "limax.tools.bench.cases"
+local choice = require "limax.base.choice"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
@@ -21,8 +22,9 @@ local TABLE = { { "effects" },
   { "of all", "relative_to_all", "%.2f" }, { "of springs", "relative_to_springs", "%.2f" },
   { "instructions" }, { "registers" }, { "spilled" }, { "kernel", "origin" } }
 
--- A controller takes the place of actuation, which is in "all".
+-- A controller takes the place of actuation, which is in "all"; some effects act through it.
 local CONTROL = { signal = "a = clock_sine;" }
+local OF_CONTROL = { control = {}, damage = { "damage" }, growth = { "growth" } }
 
 -- Named scenes: springs only first, then each effect with those that it needs, all but each effect
 -- and those that need it, and all.
@@ -31,7 +33,7 @@ local function scenes()
   for _, info in ipairs(engine.effects()) do
     infos[info.name] = info
     -- every scene has springs
-    if info.name ~= "springs" and info.name ~= "control" then names[#names + 1] = info.name end
+    if info.name ~= "springs" and not OF_CONTROL[info.name] then names[#names + 1] = info.name end
   end
   local function with_needs(name, scene)
     scene[name] = true
@@ -46,8 +48,13 @@ local function scenes()
     end
     return table.concat(list, ", ")
   end
-  local all, list = {}, { { name = "none but springs", scene = {} },
-    { name = "control", scene = { control = CONTROL } } }
+  local all, list = {}, { { name = "none but springs", scene = {} } }
+  for _, name in ipairs(choice.sorted_keys(OF_CONTROL)) do
+    local scene = { control = CONTROL }
+    for _, effect in ipairs(OF_CONTROL[name]) do scene[effect] = true end
+    list[#list + 1] = { name = table.concat({ "control", unpack(OF_CONTROL[name]) }, ", "),
+      scene = scene }
+  end
   for _, name in ipairs(names) do
     local scene = with_needs(name, {})
     list[#list + 1] = { name = text_of(function(each) return scene[each] end), scene = scene }

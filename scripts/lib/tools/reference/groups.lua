@@ -254,6 +254,7 @@ water  limax.scenes.water { buoyancy = 0.9 }
 slope  limax.scenes.slope { angle = math.rad(10) }
 stairs  limax.scenes.stairs { step = 0.05, depth = 0.3, count = 5 }
 corner  limax.scenes.corner { distance = 1 }
+kick  limax.scenes.kick({ time = 1, velocity = { 0, 0.5, 0 } }).acceleration
 rough  limax.scenes.rough({ roughness = 0.05, seed = 1 }).terrain.spacing
 ]] },
   { title = "limax.control", files = { "scripts/lib/settings/control.lua" }, holder = "control.",

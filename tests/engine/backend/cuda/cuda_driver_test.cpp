@@ -40,7 +40,7 @@ TEST_CASE("the error of an unusable driver names the remedy") {
     old.version = 11080;
     empty.gpus = 0;
     const std::pair<limax::test::fake_driver, const char*> unusable[] = {
-        {old, "the NVIDIA driver is for CUDA 11.8; CUDA 12.0 or newer is needed: update it"},
+        {old, "the NVIDIA driver is for CUDA 11.8; CUDA 12.1 or newer is needed: update it"},
         {empty, "the NVIDIA driver shows no GPU: see which GPUs"},
         {started_with("cuInit", CUDA_ERROR_SYSTEM_DRIVER_MISMATCH),
          "the NVIDIA driver does not start: CUDA_ERROR_803 (as set in the fake driver): the "
