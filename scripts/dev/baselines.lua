@@ -1,13 +1,13 @@
---- baselines.lua: runs the baselines of tasks and writes their table into scripts/TASKS.md. Each arm
---- is a controller with the default evolution or MAP-Elites; each of its repetitions counts with the
---- score of its last champion, the mean over worlds that no run has seen.
+--- baselines.lua: runs the baselines of tasks and writes their table into scripts/TASKS.md. Each
+--- arm is a controller with the default evolution or MAP-Elites; each of its repetitions counts
+--- with the score of its last champion, the mean over worlds that no run has seen.
 ---
 ---   limax scripts/dev/baselines.lua run DIR REPETITIONS TASK[,TASK...] [OPTION...]
 ---   limax scripts/dev/baselines.lua table DIR
 ---
---- The first command skips arms that are in DIR; further options are those of `limax task run`, such
---- as --set generations=50. It leaves the scores of each arm in DIR/scores, and its best champion in
---- DIR/champions; DIR/runs may then be removed. An arm with "-me" is MAP-Elites.
+--- The first command skips arms that are in DIR; further options are those of `limax task run`,
+--- such as --set generations=50. It leaves the scores of each arm in DIR/scores, and its best
+--- champion in DIR/champions; DIR/runs may then be removed. An arm with "-me" is MAP-Elites.
 
 local bootstrap = require "limax.base.statistics.bootstrap"
 local engine = require "limax.engine"
