@@ -41,7 +41,7 @@ return limax.task {
   scene = limax.scenes.land { ground = false, terrain = cliff(1), actuation = { frequency = 3 } },
   trials = { { effects = { terrain = cliff(1) } }, { effects = { terrain = cliff(-1) } } },
   simulation = { duration = 6, settle = 0.5, position = { 0, -0.15, 0 }, accuracy = "evolve" },
-  population = 100, generations = 100, repetitions = 1,
+  population = 100, generations = 50, repetitions = 1,
   fitness = safe_distance,
   small = { population = 12, generations = 6, ["simulation.duration"] = 3 },
 }
