@@ -177,19 +177,24 @@ LIMAX_LAW double height_of(const P& params, double x, double y) {
     return point.depth / effects::along(point.normal, dvector{0, 0, 1});
 }
 
-// What a scene, of the host or of a kernel, states for the sensors.
+// What a scene, of the host or of a kernel, states for the sensors at a time, s since the muscles
+// began.
 template <class Scene>
-LIMAX_LAW surroundings surroundings_of(const Scene& in, const double origin[3]) {
+LIMAX_LAW surroundings surroundings_of(const Scene& in, const double origin[3], double time) {
     surroundings around{};
     if (in.has(effects::index_of<effects::gravity>)) {
         const double* g = in.values(effects::index_of<effects::gravity>, 0);
         around.gravity = {g[0], g[1], g[2]};
     }
-    around.has_target = in.has(effects::index_of<effects::target>);
-    if (around.has_target) {
-        const double* at = in.values(effects::index_of<effects::target>, 0);
-        around.target = {at[0] - origin[0], at[1] - origin[1], at[2] - origin[2]};
-    }
+    using effects::target;
+    if (in.has(effects::index_of<target>))
+        for (int i = 0; i < in.instances(effects::index_of<target>); ++i) {
+            const double* values = in.values(effects::index_of<target>, i);
+            if (time < values[target::at_time]) break;
+            const double* at = values + target::at_position;
+            around.has_target = true;
+            around.target = {at[0] - origin[0], at[1] - origin[1], at[2] - origin[2]};
+        }
     return around;
 }
 // The higher of ground and terrain above (x, y), from the robot's own origin, m; 0 without both.

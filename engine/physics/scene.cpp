@@ -238,6 +238,16 @@ void scene::check() const {
              format("scene.edges: the block meets more than %d places of a terrain with a spacing "
                     "of %g m; take a larger scene.terrain.spacing, or a smaller block",
                     solid::most_touches, spacing));
+    constexpr int target = effects::index_of<effects::target>;
+    for (int i = 1; i < instances(target); ++i) {
+        const double before = values_as_added(target, i - 1)[effects::target::at_time],
+                     time = values_as_added(target, i)[effects::target::at_time];
+        if (!(before < time))
+            fail(LIMAX_INVALID_ARGUMENT,
+                 format("scene.target[%d].time: %g s, but the target before it appears at %g s; "
+                        "expected a later time",
+                        i + 1, time, before));
+    }
     const unsigned changes = mask_ & effects::change_bits;
     if (changes && !has(effects::index_of<effects::control>))
         fail(LIMAX_INVALID_ARGUMENT,

@@ -191,7 +191,8 @@ private:
                 sums[k] += sensors::part_of_sum(k, share, x, v, X);
         }
         const scene& in = setup_.scene;
-        sensors::surroundings around = sensors::surroundings_of(in, origin);
+        sensors::surroundings around =
+            sensors::surroundings_of(in, origin, double(tick_) / values_[control::at_rate]);
         around.has_block = block != nullptr;
         if (block) {
             around.block = block->place();

@@ -73,15 +73,26 @@ struct control {
     }
 };
 
-// The place of a target, which only controllers see.
+// The place of a target, which only controllers see. Of several, the one that appeared last.
 struct target {
     static constexpr const char* name = "target";
     static constexpr const char* summary = "a place that controllers see";
     static constexpr unsigned needs = 0;
     static constexpr unsigned hooks = 0;
+    static constexpr int most_instances = 8;
+    // The time comes first, so that instances are in its order.
     static constexpr field fields[] = {
+        {"time",
+         "s",
+         "from which on it is seen, until the next one appears",
+         1,
+         0.0,
+         1e6,
+         {0.0, 0, 0}},
         {"position", "m", "in the world", 3, -1e6, 1e6, {5.0, 0.0, 0.0}}};
-    static constexpr int field_count = 1;
+    static constexpr int field_count = 2;
+    // Where a field's components begin among the values.
+    static constexpr int at_time = 0, at_position = 1;
 };
 
 }  // namespace limax::effects

@@ -61,7 +61,7 @@ local function entries_of(film, width, size)
   if world.has_solids(film.world) then
     table.insert(entries, { square = world.hex, text = world.word })
   end
-  if film.world.target then
+  if #film.world.targets > 0 then
     table.insert(entries, { square = world.target_hex, text = "target" })
   end
   table.insert(entries, { line = scene.trail, width = 1.6, text = "centre of mass" })

@@ -54,7 +54,8 @@ fitness.entries = {
   },
   target = {
     unit = "m",
-    formula = "|g - r(0)| - |g - r(T)|, g the scene's target in the x-y plane",
+    formula = "|g - r(0)| - |g - r(T)|, g the scene's target in the x-y plane; of several, the sum"
+      .. " over the time that each is seen",
     record = no_traces,
   },
   speed = {
@@ -129,21 +130,35 @@ function fitness.distance(robot, options)
   return whole, parts(robot, options.cases, ({ x = 1, y = 2, z = 3 })[along])
 end
 
---- How much nearer to the scene's target, horizontally, the centre of mass is at the end, m.
+--- How much nearer to the scene's target, horizontally, the centre of mass is at the end, m. Of
+--- targets that appear one after the other, the sum over the time that each is seen; that reads the
+--- trace "center_of_mass".
 ---@param robot limax.scored_robot
 ---@return number
 function fitness.target(robot)
-  local target = robot.context.scene.target
-  if not target then
+  local targets = robot.context.scene.target
+  if not targets then
     engine.fail('scene.target: the fitness "target" needs one; limax.scenes.land { target = true }'
       .. " has one")
   end
-  local outcome, goal = measured.outcome(robot, "target"), target.position
-  local function away(center)
-    local x, y = goal[1] - center[0], goal[2] - center[1]
-    return math.sqrt(x * x + y * y)
+  local outcome, duration = measured.outcome(robot, "target"), robot:duration()
+  local function center_at(time)
+    if time <= 0 then return { outcome.center_start[0], outcome.center_start[1] } end
+    if time >= duration then return { outcome.center_end[0], outcome.center_end[1] } end
+    local path = robot:trace "center_of_mass"
+    return path[1 + math.floor(time / duration * (path:size() - 1) + 0.5)]
   end
-  return away(outcome.center_start) - away(outcome.center_end)
+  local sum = 0
+  for k, target in ipairs(targets) do
+    local goal = target.position
+    local function away(center)
+      local x, y = goal[1] - center[1], goal[2] - center[2]
+      return math.sqrt(x * x + y * y)
+    end
+    local next_time = targets[k + 1] and targets[k + 1].time or duration
+    sum = sum + (away(center_at(target.time)) - away(center_at(next_time)))
+  end
+  return sum
 end
 
 --- Mean horizontal speed of the whole run, m/s, or body lengths per second.

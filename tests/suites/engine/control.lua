@@ -297,6 +297,24 @@ suite:test("each sensor measures what a pose has", function(t)
   end
 end)
 
+suite:test("targets appear one after the other", function(t)
+  local materials = engine.materials "paper"
+  local population = engine.population { lattice = { 1, 1, 1 }, count = 1 }
+  population:set_body(1, { "e" }, nil, materials)
+  population:check(materials)
+  local scene = engine.scene { control = { signal = "a = 0 * target_distance;", rate = 20 },
+    target = { { time = 0.1, position = { 2.05, 0.05, 0.05 } },
+      { time = 0.2, position = { 0.05, 4.05, 0.05 } } } }
+  local simulation = engine.simulation(population, materials, scene, { duration = 0.3, settle = 0,
+    position = { 0, 0, 0 }, precision = "double", record = { sensor = 20 } }, engine.device "cpu")
+  simulation:run()
+  local trace, distances = simulation:trace(1, "sensor"), {}
+  for tick = 1, 6 do distances[tick] = 5 * trace[tick][1][1] end -- 5 m is its range
+  t:near(distances, { 0, 0, 2, 2, 4, 4 }, { atol = 1e-9 })
+  t:raises("scene.target[2].time: 1 s, but the target before it appears at 1 s; expected a later",
+    function() engine.scene { target = { { time = 1 }, { time = 1 } } } end)
+end)
+
 suite:test("noise has its range and differs by seed, tick, voxel and sensor", function(t)
   local function noisy(seed)
     local done = controlled("eee", "a = 0 * (contact + load + clock_sine);",

@@ -15,7 +15,7 @@ suite:test("a trial's effects replace those of the experiment's scene", function
   end
   local list = scenes({ effects = { target = { position = { 1, 2, 0 } }, damping = false } },
     { "scene.control=reflex" })
-  t:equal({ list[1].target.position, list[1].damping, list[1].friction }, { { 1, 2, 0 }, nil,
+  t:equal({ list[1].target[1].position, list[1].damping, list[1].friction }, { { 1, 2, 0 }, nil,
     list[2].friction })
   t:equal(list[1].control, list[2].control)
   t:equal(list[2].target, nil)
@@ -33,6 +33,12 @@ suite:test("the fitness target is how much nearer a robot is", function(t)
   t:near(scored(limax.scenes.land { target = { position = { -100, 0.1, 0 } } }), -ahead,
     { atol = 1e-4 })
   t:ok(math.abs(ahead) > 1e-3)
+  -- the way there counts from when a goal is seen, until the next one is
+  local goals = { { position = { 100, 0.1, 0 } }, { time = 0.5, position = { -100, 0.1, 0 } } }
+  local robot = limax.robot { voxels = "ecs\nece\n\nsbs\ncec" }:simulate { duration = 1,
+    scene = limax.scenes.land { target = goals }, device = "cpu", record = { center_of_mass = 50 } }
+  local path = robot:trace "center_of_mass"
+  t:near(limax.fitness.target(robot), 2 * path[26][1] - path[1][1] - path[51][1], { atol = 1e-4 })
   t:raises("scene.target: the fitness \"target\" needs one",
     function() scored(limax.scenes.land()) end)
   t:raises("scene.target: the fitness \"target\" needs one",

@@ -162,7 +162,9 @@ __device__ __noinline__ void sense_whole(const launch_arguments& launch, const r
                                          const int64_t sums[sensors::body_sums],
                                          const solid_record* block, real out[whole_inputs]) {
     const scene_of_kernel in{launch.scene};
-    sensors::surroundings around = sensors::surroundings_of(in, record.origin);
+    const double rate = control_values(launch)[effects::control::at_rate];
+    sensors::surroundings around =
+        sensors::surroundings_of(in, record.origin, double(record.ticks) / rate);
     if constexpr (has_solid) {
         around.has_block = true;
         around.block = fetched(block->block.place);

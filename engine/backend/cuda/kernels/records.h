@@ -109,25 +109,29 @@ LIMAX_LAW constexpr int components_of(int effect) {
 }
 
 // Numbers of instances of effects that may be there several times, packed into one, and taken out
-// again: 8 bits for each such effect in the order of effects::all.
+// again: 8 bits for each such effect in the order of effects::all. An effect without hooks acts
+// between steps, where kernels count instances in scene_values.
+template <class E>
+inline constexpr bool counted = effects::repeatable<E>&& E::hooks != 0;
 template <class E>
 LIMAX_LAW constexpr int instances_shift() {
     int shift = 0, index = 0;
     effects::for_each([&]<class F>(F) {
-        if (index++ < effects::index_of<E> && effects::repeatable<F>) shift += 8;
+        if (index++ < effects::index_of<E> && counted<F>) shift += 8;
     });
     return shift;
 }
 template <class E>
 LIMAX_LAW constexpr int instances_in(uint64_t code) {
-    constexpr int shift = effects::repeatable<E> ? instances_shift<E>() : 0;
-    return int(code >> shift & 255u);
+    constexpr int shift = instances_shift<E>();
+    static_assert(!counted<E> || shift < 64, "more effects than the code has room for");
+    return counted<E> ? int(code >> (shift & 63) & 255u) : 0;
 }
 template <class Scene>
 LIMAX_LAW uint64_t instances_code(const Scene& scene) {
     uint64_t code = 0;
     effects::for_each([&]<class E>(E) {
-        if (effects::repeatable<E>)
+        if (counted<E>)
             code |= uint64_t(scene.instances(effects::index_of<E>)) << instances_shift<E>();
     });
     return code;

@@ -29,9 +29,10 @@ local UP = { 0, 0, 1 }
 ---@field ground limax.picture.space|nil
 ---@field planes limax.picture.space[]
 ---@field boxes limax.picture.space[][]
----@field spheres { center: number[], radius: number, hex: string|nil }[] the target is one
+---@field spheres { center: number[], radius: number, hex: string|nil }[]
 ---@field moving table[] moving boxes and spheres of the world, not turned
 ---@field patches table[] of friction, not turned
+---@field targets { time: number, position: number[] }[] not turned
 ---@field terrain table|nil
 ---@field flows limax.world.flow[]
 ---@field turn fun(point: number[]): number[]
@@ -87,16 +88,13 @@ function stage.new(around, axes)
   end
   local self = { planes = {}, boxes = {}, spheres = {}, terrain = around.terrain, flows = {},
     moving = joined(around.moving_boxes, around.moving_spheres), patches = around.patches,
+    targets = around.targets,
     turn = turn, back = back }
   if around.ground then self.ground = { normal = turn(UP), offset = around.ground } end
   for k, plane in ipairs(around.planes) do
     self.planes[k] = { normal = turn(plane.normal), offset = plane.offset }
   end
   for _, shape in ipairs(joined(around.boxes, around.spheres)) do add_shape(self, shape) end
-  if around.target then
-    add_shape(self, { center = around.target, radius = world.target_radius,
-      hex = world.target_hex })
-  end
   for k, flow in ipairs(around.flows) do
     self.flows[k] = { kind = flow.kind, velocity = turn(flow.velocity), speed = flow.speed }
   end
@@ -211,7 +209,7 @@ end
 function stage.sides(self, shape)
   local items, sides = {}, {}
   if shape.radius then
-    local sphere = { center = self.turn(shape.center), radius = shape.radius }
+    local sphere = { center = self.turn(shape.center), radius = shape.radius, hex = shape.hex }
     add_sphere(items, sphere, {}, {})
   else
     local center, reach = middle_of { low = shape.from, high = shape.to }
@@ -251,7 +249,8 @@ local function sheets_of(self, within, open, context)
 end
 
 --- The pieces of the world that are visible in a slab, and the block where it is at that moment.
----@param time? number s, of what moves; without it that is left out
+---@param time? number s, of what moves and of targets that come one after the other; without it
+--- these are left out
 ---@param sight? number[] away from the viewer, who does not see the backs of things; without it all
 --- sides are returned
 ---@return limax.picture.item[] items for order.new
@@ -271,6 +270,8 @@ function stage.pieces(self, slab, time, sight, block, block_hex)
   end
   local now = { turn = self.turn, boxes = joined(self.boxes), spheres = joined(self.spheres) }
   for _, shape in ipairs(time and self.moving or {}) do add_shape(now, world.moved(shape, time)) end
+  local target = (time or #self.targets == 1) and world.target_at(self.targets, time or math.huge)
+  if target then add_shape(now, world.ball_at(target)) end
   for _, box in ipairs(now.boxes) do
     add_solid(items, joined(box, within, open), context, world.hex, world.ink)
   end

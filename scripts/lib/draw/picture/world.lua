@@ -19,7 +19,7 @@ local world = {}
 ---@field fluid boolean is there drag?
 ---@field air boolean is there wind, even of speed 0?
 ---@field flows limax.world.flow[] what moves: the wind, the fluid's current
----@field target number[]|nil a place that controllers see
+---@field targets { time: number, position: number[] }[] places that controllers see
 ---@field anchored boolean is a part of the body held?
 ---@field forces string[] names of the script's own effects
 
@@ -78,7 +78,7 @@ function world.of(scene)
     moving_boxes = scene.moving_boxes or {}, moving_spheres = scene.moving_spheres or {},
     patches = scene.patches or {},
     fluid = scene.drag ~= nil, air = scene.wind ~= nil, flows = flows,
-    target = scene.target and scene.target.position,
+    targets = scene.target or {},
     anchored = scene.anchors ~= nil, forces = forces }
 end
 
@@ -97,6 +97,23 @@ end
 
 local function has_shapes(around)
   return #around.boxes + #around.spheres + #around.moving_boxes + #around.moving_spheres > 0
+end
+
+--- The place of the target that is seen at a time.
+---@param targets { time: number, position: number[] }[] in the order of their times
+---@param time number s since the muscles began
+---@return number[]|nil
+function world.target_at(targets, time)
+  local shown
+  for _, target in ipairs(targets) do
+    if target.time <= math.max(time, 0) then shown = target.position end
+  end
+  return shown
+end
+
+--- The ball that marks a target.
+function world.ball_at(place)
+  return { center = place, radius = world.target_radius, hex = world.target_hex }
 end
 
 --- Is there more than flat ground?
@@ -161,7 +178,11 @@ function world.words(around)
   add(around.air and (flowing.wind or "still air"))
   add(around.fluid and (flowing.current or "a fluid"))
   add(around.anchored and "anchors")
-  add(around.target and ("target at (%.3g, %.3g, %.3g) m"):format(unpack(around.target)))
+  for _, target in ipairs(around.targets) do
+    local since = target.time > 0 and (" from %.3g s on"):format(target.time) or ""
+    add(("target at (%.3g, %.3g, %.3g) m%s"):format(target.position[1], target.position[2],
+      target.position[3], since))
+  end
   for _, name in ipairs(around.forces) do add("force " .. name) end
   return table.concat(parts, ", ")
 end

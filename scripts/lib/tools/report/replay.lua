@@ -96,19 +96,27 @@ local function add_rules(parts, floor, slab)
   end
 end
 
--- The boxes and spheres of the world that move.
+-- The boxes and spheres of the world that move; one target after the other is a ball that jumps.
 local function moving_of(self, samples, rate)
   local list = {}
-  for k, shape in ipairs(self.moving) do
+  local function add(shape, place_at)
     local parts, path = {}, {}
     for _, side in ipairs(stage.sides(self, shape)) do
       parts[#parts + 1] = part_of(side.points, side.edges, side.look)
     end
-    local still = { center = { 0, 0, 0 }, velocity = shape.velocity, turns = shape.turns }
     for s = 0, samples - 1 do
-      for _, moved in ipairs(world.moved(still, s / rate).center) do path[#path + 1] = moved end
+      for _, moved in ipairs(place_at(s / rate)) do path[#path + 1] = moved end
     end
-    list[k] = { parts = parts, path = path }
+    list[#list + 1] = { parts = parts, path = path }
+  end
+  for _, shape in ipairs(self.moving) do
+    local still = { center = { 0, 0, 0 }, velocity = shape.velocity, turns = shape.turns }
+    add(shape, function(time) return world.moved(still, time).center end)
+  end
+  if #self.targets > 1 then
+    add(world.ball_at { 0, 0, 0 }, function(time)
+      return world.target_at(self.targets, time) or self.targets[1].position
+    end)
   end
   return #list > 0 and list or nil
 end
@@ -119,7 +127,8 @@ local function world_of(around, samples, rate)
   for _, values in ipairs(samples) do
     for c = 1, #values, 3 do take { values[c], values[c + 1], values[c + 2] } end
   end
-  local target, start = around.target, samples[1]
+  local target, start = around.targets[1], samples[1]
+  target = target and target.position
   if target and (target[1] - start[1]) ^ 2 + (target[2] - start[2]) ^ 2
     + (target[3] - start[3]) ^ 2 < TARGET_WITHIN ^ 2 then
     take(target)

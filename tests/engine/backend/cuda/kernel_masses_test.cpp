@@ -8,7 +8,7 @@
 
 // two planes, two boxes, one of each other kind; double; leapfrog
 #define LIMAX_EFFECTS ((1u << limax::effects::all::count) - 1)
-#define LIMAX_INSTANCES 0x101010101020102ull
+#define LIMAX_INSTANCES 0x10101020102ull
 #define LIMAX_PRECISION 2
 #define LIMAX_LEAPFROG 1
 // two scripted effects: what kernel_text() makes of `scripted_laws`, one after the other
