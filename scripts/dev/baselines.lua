@@ -1,19 +1,28 @@
---- baselines.lua: runs the baselines of tasks and writes their table into scripts/TASKS.md. Each
---- arm is a controller with the default evolution or MAP-Elites; each of its repetitions counts
---- with the score of its last champion, the mean over worlds that no run has seen.
+--- baselines.lua: runs the baselines of tasks and publishes them in scripts/TASKS.md. Each arm is a
+--- controller with the default evolution or MAP-Elites; each of its repetitions counts with the
+--- score of its last champion, the mean over worlds that no run has seen.
 ---
 ---   limax scripts/dev/baselines.lua run DIR REPETITIONS TASK[,TASK...] [OPTION...]
----   limax scripts/dev/baselines.lua table DIR
+---   limax scripts/dev/baselines.lua publish DIR
+---   limax scripts/dev/baselines.lua pages DIR
 ---
---- The first command skips arms that are in DIR; further options are those of `limax task run`,
---- such as --set generations=50. It leaves the scores of each arm in DIR/scores, and its best
---- champion in DIR/champions; DIR/runs may then be removed. An arm with "-me" is MAP-Elites.
+--- run      skips arms that are in DIR; further options are those of `limax task run`, such as
+---          --set generations=50. It leaves the scores of each arm in DIR/scores, and its best
+---          champion in DIR/champions; DIR/runs may then be removed. An arm with "-me" is
+---          MAP-Elites.
+--- publish  writes the table into scripts/TASKS.md, the best robot of each controller into
+---          scripts/tasks/baselines, and a film strip of the best of all beside them
+--- pages    writes DIR/TASK.html for each task: those robots side by side in 3D
 
 local bootstrap = require "limax.base.statistics.bootstrap"
 local engine = require "limax.engine"
 local experiments = require "limax.experiment.experiment"
 local holm = require "limax.base.statistics.holm"
 local host = require "limax.host"
+local html = require "limax.tools.report.html"
+local motion = require "limax.draw.motion"
+local robot = require "limax.robot.robot"
+local robots = require "limax.tools.report.robots"
 local runs = require "limax.tools.report.runs"
 local sample = require "limax.base.statistics.sample"
 local scripts = require "limax.run.scripts"
@@ -26,15 +35,15 @@ local CONTROLLERS = { "sine", "reflex", "network", "central" }
 -- Of controllers with genes: weights that begin at random and change faster than the default's.
 local OF_GENES = { "genome.control_spread=0.3", "breeding.control_mutation_scale=0.3" }
 local HAS_GENES = { network = true, central = true }
--- The arm that the others are compared with.
+-- The controller that the others are compared with, under the same method.
 local OPEN_LOOP = "sine"
-local METHODS = { { name = "", sets = {} }, { name = "-me", sets = { "survival=map_elites",
-  "supervisor=fixed", 'archive=["grid"]', 'archive.descriptors=["muscle_share","contact"]' } } }
-local ARMS = {}
-for _, method in ipairs(METHODS) do
-  for _, controller in ipairs(CONTROLLERS) do ARMS[#ARMS + 1] = controller .. method.name end
-end
-local PAGE, FROM, TO = "/scripts/TASKS.md", "<!-- baselines -->\n", "<!-- end of baselines -->"
+local METHODS = { { name = "", words = "default", sets = {} },
+  { name = "-me", words = "MAP-Elites", sets = { "survival=map_elites", "supervisor=fixed",
+    'archive=["grid"]', 'archive.descriptors=["muscle_share","contact"]' } } }
+local PAGE = host.home .. "/scripts/TASKS.md"
+local FROM, TO = "<!-- baselines -->\n", "<!-- end of baselines -->"
+local KEPT = host.home .. "/scripts/tasks/baselines"
+local STRIP = 840 -- pixels wide
 
 local function read(path)
   local file = assert(io.open(path, "rb"))
@@ -45,6 +54,13 @@ end
 
 local function write(path, text) assert(host.file.write_atomic(path, text)) end
 
+-- Runs a command of limax.
+local function run_limax(words)
+  local quoted = {}
+  for k, word in ipairs(words) do quoted[k] = shell.quoted(word) end
+  assert(os.execute(shell.quoted(host.executable) .. " " .. table.concat(quoted, " ")) == 0)
+end
+
 -- Runs an arm of a task unless it has been.
 local function run_arm(out, name, controller, method, repetitions, options)
   if host.file.exists(out) then return end
@@ -54,8 +70,7 @@ local function run_arm(out, name, controller, method, repetitions, options)
     for _, set in ipairs(sets) do words[#words + 1], words[#words + 2] = "--set", set end
   end
   for _, option in ipairs(options) do words[#words + 1] = option end
-  for k, word in ipairs(words) do words[k] = shell.quoted(word) end
-  assert(os.execute(shell.quoted(host.executable) .. " " .. table.concat(words, " ")) == 0)
+  run_limax(words)
 end
 
 -- Scores the champions of an arm, keeps the scores and the best of them, and returns the scores.
@@ -100,52 +115,137 @@ local function cell(scores, open_loop, p)
   return better and ("**%s**"):format(text) or text
 end
 
--- The row of a task; nil without an arm of it. The tests are those of `limax compare`.
-local function row_of(folder, name)
-  local results, cells, p_values, tested = {}, {}, {}, {}
-  local open_loop
-  for k, arm in ipairs(ARMS) do
-    local path = ("%s/scores/%s-%s.json"):format(folder, name, arm)
-    results[k] = host.file.exists(path) == "file" and host.json.decode(read(path))
-    if arm == OPEN_LOOP then open_loop = results[k] end
-  end
-  if not open_loop then return nil end
-  for k, arm in ipairs(ARMS) do
-    if results[k] and arm ~= OPEN_LOOP then
-      local differences = {}
-      for r, score in ipairs(results[k].scores) do
-        differences[r] = score - open_loop.scores[r]
+-- The scores of the arms of a task: [arm] = { evaluations, scores }.
+local function scores_of(folder, name)
+  local results = {}
+  for _, method in ipairs(METHODS) do
+    for _, controller in ipairs(CONTROLLERS) do
+      local path = ("%s/scores/%s-%s%s.json"):format(folder, name, controller, method.name)
+      if host.file.exists(path) == "file" then
+        results[controller .. method.name] = host.json.decode(read(path))
       end
-      p_values[#p_values + 1], tested[#tested + 1] = signed_rank.test(differences).p, k
     end
   end
-  local adjusted = {}
-  for i, p in ipairs(holm.adjust(p_values)) do adjusted[tested[i]] = p end
-  for k in ipairs(ARMS) do
-    cells[k] = results[k] and cell(results[k].scores, open_loop.scores, adjusted[k]) or ""
-  end
-  return ("| `%s` | %d x %d | %s |"):format(name, #open_loop.scores, open_loop.evaluations,
-    table.concat(cells, " | "))
+  return results
 end
 
-local function write_table(folder)
-  local lines = { ("| task | robots | %s |"):format(table.concat(ARMS, " | ")),
-    "|" .. ("---|"):rep(#ARMS + 2) }
-  for _, file in ipairs(host.file.list(host.home .. "/scripts/tasks")) do
-    lines[#lines + 1] = row_of(folder, file:match "^(.*)%.lua$")
+-- The p value of each arm against open loop, after Holm over those of the task. The tests are those
+-- of `limax compare`.
+local function tested(results)
+  local p_values, names, adjusted = {}, {}, {}
+  for _, method in ipairs(METHODS) do
+    local open_loop = results[OPEN_LOOP .. method.name]
+    for _, controller in ipairs(CONTROLLERS) do
+      local own = results[controller .. method.name]
+      if own and open_loop and controller ~= OPEN_LOOP then
+        local differences = {}
+        for r, score in ipairs(own.scores) do differences[r] = score - open_loop.scores[r] end
+        p_values[#p_values + 1] = signed_rank.test(differences).p
+        names[#names + 1] = controller .. method.name
+      end
+    end
   end
-  local page = read(host.home .. PAGE)
+  for i, p in ipairs(holm.adjust(p_values)) do adjusted[names[i]] = p end
+  return adjusted
+end
+
+-- The rows of a task, one for each method.
+local function add_rows(lines, folder, name)
+  local results = scores_of(folder, name)
+  local p_values = tested(results)
+  for _, method in ipairs(METHODS) do
+    local open_loop, cells = results[OPEN_LOOP .. method.name], {}
+    for k, controller in ipairs(CONTROLLERS) do
+      local own = results[controller .. method.name]
+      cells[k] = own and cell(own.scores, open_loop and open_loop.scores,
+        p_values[controller .. method.name]) or ""
+    end
+    if open_loop then
+      lines[#lines + 1] = ("| `%s` | %s | %d x %d | %s |"):format(name, method.words,
+        #open_loop.scores, open_loop.evaluations, table.concat(cells, " | "))
+    end
+  end
+end
+
+-- The best robots of a task, one of each controller, and the best of these; nil without one.
+local function keep_champions(folder, name)
+  local results, best, best_score = scores_of(folder, name), nil, nil
+  for _, controller in ipairs(CONTROLLERS) do
+    local arm, score
+    for _, method in ipairs(METHODS) do
+      local own = results[controller .. method.name]
+      local most = own and math.max(unpack(own.scores))
+      if most and (not score or most > score) then arm, score = controller .. method.name, most end
+    end
+    if arm then
+      local description = host.json.decode(read(("%s/champions/%s-%s.json"):format(folder, name, arm)))
+      local path = ("%s/%s-%s.json"):format(KEPT, name, controller)
+      write(path, host.json.encode(description) .. "\n")
+      if not best or score > best_score then best, best_score = path, score end
+    end
+  end
+  return best, best_score
+end
+
+local function task_names()
+  local names = {}
+  for _, file in ipairs(host.file.list(host.home .. "/scripts/tasks")) do
+    names[#names + 1] = file:match "^(.*)%.lua$"
+  end
+  return names
+end
+
+local function publish(folder)
+  local lines = { ("| task | evolution | robots | %s |"):format(table.concat(CONTROLLERS, " | ")),
+    "|" .. ("---|"):rep(#CONTROLLERS + 3) }
+  local strips = {}
+  host.file.mkdir(KEPT)
+  for _, name in ipairs(task_names()) do
+    add_rows(lines, folder, name)
+    local best, score = keep_champions(folder, name)
+    if best then
+      run_limax { "picture", best, "--view", "iso", "--width", tostring(STRIP), "--out",
+        ("%s/%s.png"):format(KEPT, name) }
+      strips[#strips + 1] = ("\n`%s`: the best of all, %s, with a score of %.2f\n\n![%s](tasks/"
+        .. "baselines/%s.png)\n"):format(name, best:match "-(%l+)%.json$", score, name, name)
+    end
+  end
+  local page = read(PAGE)
   local _, from = page:find(FROM, 1, true)
-  local to = page:find(TO, 1, true)
-  write(host.home .. PAGE, page:sub(1, from) .. table.concat(lines, "\n") .. "\n" .. page:sub(to))
+  write(PAGE, page:sub(1, from) .. table.concat(lines, "\n") .. "\n" .. table.concat(strips)
+    .. page:sub((page:find(TO, 1, true))))
+end
+
+-- A page of the best robots of a task in the viewer of the report.
+local function write_page(folder, name)
+  local shown = {}
+  for _, controller in ipairs(CONTROLLERS) do
+    local path = ("%s/%s-%s.json"):format(KEPT, name, controller)
+    if host.file.exists(path) == "file" then
+      local walker = robot(path)
+      local walked = assert(motion.simulate(walker, { device = "cpu",
+        trial = walker.description.trials and 1 }))
+      shown[#shown + 1] = { name = ("%s, %s"):format(name, controller), score = "first world",
+        walked = walked }
+    end
+  end
+  if #shown == 0 then return end
+  local section = robots.side_by_side(shown)
+  write(("%s/%s.html"):format(folder, name), html.page { title = name .. " - limax task",
+    style = html.read "style.css", scripts = section.scripts,
+    body = ("<main><h1>%s</h1>\n%s</main>\n"):format(name, section.body) })
 end
 
 local action, folder, repetitions, names = unpack(arg)
-assert(folder and (action == "table" or action == "run" and names), "see the head of this script")
-if action == "table" then return write_table(folder) end
-for _, path in ipairs { "", "/champions", "/scores", "/runs" } do
-  host.file.mkdir(folder .. path)
+assert(folder and (action == "publish" or action == "pages" or action == "run" and names),
+  "see the head of this script")
+if action == "publish" then return publish(folder) end
+host.file.mkdir(folder)
+if action == "pages" then
+  for _, name in ipairs(task_names()) do write_page(folder, name) end
+  return
 end
+for _, path in ipairs { "/champions", "/scores", "/runs" } do host.file.mkdir(folder .. path) end
 for name in names:gmatch "[^,]+" do
   host.file.mkdir(("%s/runs/%s"):format(folder, name))
   run_task(folder, name, repetitions, { unpack(arg, 5) })

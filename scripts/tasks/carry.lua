@@ -18,7 +18,7 @@ return limax.task {
     block = { size = { 0.2, 0.5, 0.2 }, position = { 0.55, -0.1, 0 }, mass = 4 },
   },
   simulation = { duration = 5, settle = 0.5, accuracy = "evolve" }, -- s
-  population = 100, generations = 100, repetitions = 1,
+  population = 100, generations = 50, repetitions = 1,
   fitness = { "carry", axis = "x" },
   small = { population = 12, generations = 6, ["simulation.duration"] = 3 },
 }

@@ -41,7 +41,7 @@ return limax.task {
   end,
   simulation = { duration = 5, settle = 0.5, accuracy = "evolve" }, -- s
   record = { block = 20 }, -- Hz
-  population = 100, generations = 80, repetitions = 1,
+  population = 100, generations = 40, repetitions = 1,
   fitness = raised,
   small = { population = 12, generations = 6 },
 }

@@ -105,6 +105,12 @@ end
 function robots.section(list, options)
   local shown = {}
   for _, pick in ipairs(chosen(list)) do add(shown, pick, options) end
+  return robots.side_by_side(shown)
+end
+
+--- The same of simulated robots.
+---@param shown { name: string, score: string, walked: limax.scored_robot }[]
+function robots.side_by_side(shown)
   if #shown == 0 then return { body = "", scripts = {} } end
   local strips = {}
   for k, each in ipairs(shown) do
