@@ -11,7 +11,7 @@
 ---          champion in DIR/champions; DIR/runs may then be removed. An arm with "-me" is
 ---          MAP-Elites.
 --- publish  writes the table into scripts/TASKS.md, the best robot of each controller into
----          scripts/tasks/baselines, and a film strip of the best of all beside them
+---          scripts/baselines, and a film strip of the best of all beside them
 --- pages    writes DIR/TASK.html for each task: those robots side by side in 3D
 
 local bootstrap = require "limax.base.statistics.bootstrap"
@@ -42,7 +42,7 @@ local METHODS = { { name = "", words = "default", sets = {} },
     'archive=["grid"]', 'archive.descriptors=["muscle_share","contact"]' } } }
 local PAGE = host.home .. "/scripts/TASKS.md"
 local FROM, TO = "<!-- baselines -->\n", "<!-- end of baselines -->"
-local KEPT = host.home .. "/scripts/tasks/baselines"
+local KEPT = host.home .. "/scripts/baselines"
 local STRIP = 840 -- pixels wide
 
 local function read(path)
@@ -178,9 +178,9 @@ local function keep_champions(folder, name)
       if most and (not score or most > score) then arm, score = controller .. method.name, most end
     end
     if arm then
-      local description = host.json.decode(read(("%s/champions/%s-%s.json"):format(folder, name, arm)))
+      local champion = read(("%s/champions/%s-%s.json"):format(folder, name, arm))
       local path = ("%s/%s-%s.json"):format(KEPT, name, controller)
-      write(path, host.json.encode(description) .. "\n")
+      write(path, host.json.encode(host.json.decode(champion)) .. "\n")
       if not best or score > best_score then best, best_score = path, score end
     end
   end
@@ -206,7 +206,7 @@ local function publish(folder)
     if best then
       run_limax { "picture", best, "--view", "iso", "--width", tostring(STRIP), "--out",
         ("%s/%s.png"):format(KEPT, name) }
-      strips[#strips + 1] = ("\n`%s`: the best of all, %s, with a score of %.2f\n\n![%s](tasks/"
+      strips[#strips + 1] = ("\n`%s`: the best of all, %s, with a score of %.2f\n\n![%s]("
         .. "baselines/%s.png)\n"):format(name, best:match "-(%l+)%.json$", score, name, name)
     end
   end
