@@ -10,8 +10,9 @@
 ---          --set generations=50. It leaves the scores of each arm in DIR/scores, and its best
 ---          champion in DIR/champions; DIR/runs may then be removed. An arm with "-me" is
 ---          MAP-Elites.
---- publish  writes the table into scripts/TASKS.md, the best robot of each controller into
----          scripts/baselines, and a film strip of the best of all beside them
+--- publish  adds the arms in DIR to scripts/baselines/scores.json and writes the table of all into
+---          scripts/TASKS.md; beside the scores are the best robot of each controller and a film
+---          strip of the best of all
 --- pages    writes DIR/TASK.html for each task: those robots side by side in 3D
 
 local bootstrap = require "limax.base.statistics.bootstrap"
@@ -39,10 +40,13 @@ local HAS_GENES = { network = true, central = true }
 local OPEN_LOOP = "sine"
 local METHODS = { { name = "", words = "default", sets = {} },
   { name = "-me", words = "MAP-Elites", sets = { "survival=map_elites", "supervisor=fixed",
-    'archive=["grid"]', 'archive.descriptors=["muscle_share","contact"]' } } }
+    'archive=["grid"]', 'archive.descriptors=["muscle_share","contact"]' },
+    -- where nothing can be touched
+    swim = { 'archive.descriptors=["muscle_share","voxel_share"]' } } }
 local PAGE = host.home .. "/scripts/TASKS.md"
 local FROM, TO = "<!-- baselines -->\n", "<!-- end of baselines -->"
 local KEPT = host.home .. "/scripts/baselines"
+local SCORES = KEPT .. "/scores.json" -- of all arms
 local STRIP = 840 -- pixels wide
 
 local function read(path)
@@ -66,7 +70,8 @@ local function run_arm(out, name, controller, method, repetitions, options)
   if host.file.exists(out) then return end
   local words = { "task", "run", name, "--controller", controller, "--out", out, "--quiet",
     "--set", "repetitions=" .. repetitions }
-  for _, sets in ipairs { method.sets, HAS_GENES[controller] and OF_GENES or {} } do
+  for _, sets in ipairs { method.sets, method[name] or {}, HAS_GENES[controller] and OF_GENES
+    or {} } do
     for _, set in ipairs(sets) do words[#words + 1], words[#words + 2] = "--set", set end
   end
   for _, option in ipairs(options) do words[#words + 1] = option end
@@ -115,20 +120,6 @@ local function cell(scores, open_loop, p)
   return better and ("**%s**"):format(text) or text
 end
 
--- The scores of the arms of a task: [arm] = { evaluations, scores }.
-local function scores_of(folder, name)
-  local results = {}
-  for _, method in ipairs(METHODS) do
-    for _, controller in ipairs(CONTROLLERS) do
-      local path = ("%s/scores/%s-%s%s.json"):format(folder, name, controller, method.name)
-      if host.file.exists(path) == "file" then
-        results[controller .. method.name] = host.json.decode(read(path))
-      end
-    end
-  end
-  return results
-end
-
 -- The p value of each arm against open loop, after Holm over those of the task. The tests are those
 -- of `limax compare`.
 local function tested(results)
@@ -150,8 +141,7 @@ local function tested(results)
 end
 
 -- The rows of a task, one for each method.
-local function add_rows(lines, folder, name)
-  local results = scores_of(folder, name)
+local function add_rows(lines, name, results)
   local p_values = tested(results)
   for _, method in ipairs(METHODS) do
     local open_loop, cells = results[OPEN_LOOP .. method.name], {}
@@ -167,22 +157,27 @@ local function add_rows(lines, folder, name)
   end
 end
 
--- The best robots of a task, one of each controller, and the best of these; nil without one.
-local function keep_champions(folder, name)
-  local results, best, best_score = scores_of(folder, name), nil, nil
+-- Adds the arms of a task in a folder to `results`, [arm] = { evaluations, scores }, and keeps the
+-- best robot of each controller among all. Returns the best of these; nil without one.
+local function take(folder, name, results)
+  local best, best_score
   for _, controller in ipairs(CONTROLLERS) do
-    local arm, score
+    local score, champion
     for _, method in ipairs(METHODS) do
-      local own = results[controller .. method.name]
-      local most = own and math.max(unpack(own.scores))
-      if most and (not score or most > score) then arm, score = controller .. method.name, most end
+      local arm = controller .. method.name
+      local path = ("%s/scores/%s-%s.json"):format(folder, name, arm)
+      local is_new = host.file.exists(path) == "file"
+      if is_new then results[arm] = host.json.decode(read(path)) end
+      local most = results[arm] and math.max(unpack(results[arm].scores))
+      if most and (not score or most > score) then
+        score, champion = most, is_new and ("%s/champions/%s-%s.json"):format(folder, name, arm)
+      end
     end
-    if arm then
-      local champion = read(("%s/champions/%s-%s.json"):format(folder, name, arm))
-      local path = ("%s/%s-%s.json"):format(KEPT, name, controller)
-      write(path, host.json.encode(host.json.decode(champion)) .. "\n")
-      if not best or score > best_score then best, best_score = path, score end
+    local path = ("%s/%s-%s.json"):format(KEPT, name, controller)
+    if champion then
+      write(path, host.json.encode(host.json.decode(read(champion))) .. "\n")
     end
+    if score and not (best_score and best_score >= score) then best, best_score = path, score end
   end
   return best, best_score
 end
@@ -198,18 +193,21 @@ end
 local function publish(folder)
   local lines = { ("| task | evolution | robots | %s |"):format(table.concat(CONTROLLERS, " | ")),
     "|" .. ("---|"):rep(#CONTROLLERS + 3) }
-  local strips = {}
+  local all, strips = host.file.exists(SCORES) and host.json.decode(read(SCORES)) or {}, {}
   host.file.mkdir(KEPT)
   for _, name in ipairs(task_names()) do
-    add_rows(lines, folder, name)
-    local best, score = keep_champions(folder, name)
+    local results = all[name] or {}
+    local best, score = take(folder, name, results)
     if best then
+      all[name] = results
+      add_rows(lines, name, results)
       run_limax { "picture", best, "--view", "iso", "--width", tostring(STRIP), "--out",
         ("%s/%s.png"):format(KEPT, name) }
       strips[#strips + 1] = ("\n`%s`: the best of all, %s, with a score of %.2f\n\n![%s]("
         .. "baselines/%s.png)\n"):format(name, best:match "-(%l+)%.json$", score, name, name)
     end
   end
+  write(SCORES, host.json.encode(all) .. "\n")
   local page = read(PAGE)
   local _, from = page:find(FROM, 1, true)
   write(PAGE, page:sub(1, from) .. table.concat(lines, "\n") .. "\n" .. table.concat(strips)
