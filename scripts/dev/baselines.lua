@@ -230,7 +230,8 @@ local function write_page(folder, name)
   if #shown == 0 then return end
   local section = robots.side_by_side(shown)
   write(("%s/%s.html"):format(folder, name), html.page { title = name .. " - limax task",
-    style = html.read "style.css", scripts = section.scripts,
+    style = html.read "style.css",
+    scripts = { html.read "charts.js", unpack(section.scripts) }, -- shows what scripts need
     body = ("<main><h1>%s</h1>\n%s</main>\n"):format(name, section.body) })
 end
 
