@@ -188,8 +188,9 @@ function sheet.render(self, kind, options, first)
 end
 
 --- The SVG text of a simulated robot whose "position" was recorded.
----@param options? { title?: string, facts?: string, prefix?: string } prefix: see canvas.lua;
---- `facts`: to be shown before the distance, without the title, which the caller shows
+---@param options? { title?: string, facts?: string, prefix?: string, kind?: string } prefix: see
+--- canvas.lua; `facts`: to be shown before the distance, without the title, which the caller shows;
+--- `kind` as for `render`
 function sheet.film_strip(robot, options)
   options = options or {}
   local film = motion.of(robot, sheet.evenly(robot:duration(), sheet.POSES))
@@ -198,7 +199,7 @@ function sheet.film_strip(robot, options)
     robot:distance(), robot:duration(), speed, speed / robot:length())
   local drawn = sheet.new(film, { view = view.of.side, width = STRIP.width,
     strip = { title = options.facts or title, facts = facts } })
-  return sheet.render(drawn, "svg", { title = title, prefix = options.prefix })
+  return sheet.render(drawn, options.kind or "svg", { title = title, prefix = options.prefix })
 end
 
 --- Simulates a robot with its positions recorded and writes its film strip. `nil, message` where

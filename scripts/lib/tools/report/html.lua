@@ -99,8 +99,8 @@ function html.page(page)
     sources[k] = hash_source(text)
     scripts[k] = "<script>" .. text .. "</script>\n"
   end
-  local policy = ("default-src 'none'; script-src %s; style-src %s; base-uri 'none'; "
-    .. "form-action 'none'"):format(#sources > 0 and table.concat(sources, " ") or "'none'",
+  local policy = ("default-src 'none'; script-src %s; style-src %s; img-src data:; "
+    .. "base-uri 'none'; form-action 'none'"):format(#sources > 0 and table.concat(sources, " ") or "'none'",
     hash_source(page.style))
   return ([[
 <!DOCTYPE html>

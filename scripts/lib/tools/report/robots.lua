@@ -1,6 +1,7 @@
 --- robots.lua: the section of robots: generation 0 and the last, up to four side by side, as film
 --- strips and, if Debian's three.js was found when limax was configured, in 3D.
 
+local base64 = require "limax.base.base64"
 local failure = require "limax.base.failure"
 local sheet = require "limax.draw.sheet"
 local host = require "limax.host"
@@ -18,6 +19,9 @@ local robots = {}
 local MOST = 4
 -- Trials that are shown of each robot.
 local MOST_TRIALS = 4
+
+-- Faces of a body from which on film strips are pixels: the lines of 50x50x50 voxels are 6 MB.
+local MOST_FACES = 2000
 
 -- The files of three.js, in the order in which they run.
 local FILES = { "three.min.js", "OrbitControls.js" }
@@ -101,6 +105,15 @@ local function viewer(shown)
   return table.concat(parts)
 end
 
+-- The film strip of a robot, as pixels where it would have very many lines.
+local function strip_of(each, name, k)
+  local many = #motion.body(each.walked).faces > MOST_FACES
+  local drawn = sheet.film_strip(each.walked, { title = each.name, facts = each.score,
+    prefix = ("strip%d-"):format(k), kind = many and "png" or "svg" })
+  return many and ('<img alt="film strip of %s" src="data:image/png;base64,%s">'):format(name,
+    base64.encode(drawn)) or drawn
+end
+
 --- The section's body and the scripts that it needs.
 function robots.section(list, options)
   local shown = {}
@@ -116,8 +129,7 @@ function robots.side_by_side(shown)
   for k, each in ipairs(shown) do
     local name = html.escaped(each.name)
     strips[k] = ('<figure class="figure-row" tabindex="0" aria-label="film strip of %s">'
-      .. "<h3>%s</h3>%s</figure>\n"):format(name, name, sheet.film_strip(each.walked,
-      { title = each.name, facts = each.score, prefix = ("strip%d-"):format(k) }))
+      .. "<h3>%s</h3>%s</figure>\n"):format(name, name, strip_of(each, name, k))
   end
   local folder, parts, scripts = robots.javascript(), {}, {}
   if folder then

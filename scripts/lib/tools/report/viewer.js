@@ -12,14 +12,27 @@
   let renderer;
   const state = { time: 0, playing: false, last: 0, most: 0 };
 
-  // A replay: base64 of zlib of JSON. Adds the positions, [sample][mass][3].
+  // A replay, as replay.lua packs it. Adds the positions, [sample][mass][3].
   async function unpack(text) {
-    const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
-    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
-    const replay = JSON.parse(await new Response(stream).text());
+    const letters = atob(text);
+    const packed = new Uint8Array(letters.length);
+    for (let k = 0; k < letters.length; ++k) packed[k] = letters.charCodeAt(k);
+    const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
+    const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
+    const textOf = (from, to) => new TextDecoder().decode(bytes.subarray(from, to));
+    let at = 8 + Number(textOf(0, 8));
+    const replay = JSON.parse(textOf(8, at));
+    const [a, b, c, d] = [0, 1, 2, 3].map((plane) => bytes.subarray(at + plane * replay.steps));
     const each = replay.masses * 3;
-    for (let k = each; k < replay.steps.length; ++k) replay.steps[k] += replay.steps[k - each];
-    replay.positions = Float32Array.from(replay.steps, (steps) => steps * replay.step);
+    const places = new Int32Array(replay.steps);
+    replay.positions = new Float32Array(replay.steps);
+    for (let k = 0; k < replay.steps; ++k) {
+      const packedStep = a[k] | b[k] << 8 | c[k] << 16 | d[k] << 24;
+      places[k] = (packedStep >>> 1 ^ -(packedStep & 1)) + (k < each ? 0 : places[k - each]);
+      replay.positions[k] = places[k] * replay.step;
+    }
+    at += 4 * replay.steps;
+    replay.tints = replay.tints && bytes.subarray(at, at + replay.tints);
     return replay;
   }
 
