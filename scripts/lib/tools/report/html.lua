@@ -100,8 +100,8 @@ function html.page(page)
     scripts[k] = "<script>" .. text .. "</script>\n"
   end
   local policy = ("default-src 'none'; script-src %s; style-src %s; img-src data:; "
-    .. "base-uri 'none'; form-action 'none'"):format(#sources > 0 and table.concat(sources, " ") or "'none'",
-    hash_source(page.style))
+    .. "base-uri 'none'; form-action 'none'"):format(
+    #sources > 0 and table.concat(sources, " ") or "'none'", hash_source(page.style))
   return ([[
 <!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8">
