@@ -125,7 +125,8 @@ LIMAX_LAW void gather(const spring_arrays<R>& robot, const corner_offsets& corne
 // Sums are kept in a ring as long as they are needed; its first vector is also behind its end, so
 // that a vector may begin anywhere.
 template <class R, bool damped, drive driven>
-LIMAX_FEW_POINTERS void pair(const spring_arrays<R>& shared, const actuation::moment<R>& now) {
+LIMAX_FEW_POINTERS void pair(const spring_arrays<R>& shared, const actuation::moment<R>& now,
+                             pair_place& place, int64_t end) {
     constexpr int width = lanes<R>::count;
     const spring_arrays<R> robot = shared;
     const corner_offsets corners = offsets_of(robot);
@@ -133,11 +134,11 @@ LIMAX_FEW_POINTERS void pair(const spring_arrays<R>& shared, const actuation::mo
     const int64_t window = robot.sums_window, cubes = robot.sites - robot.step[2];
     const vector<lanes<R>> zero{lanes<R>(0), lanes<R>(0), lanes<R>(0)};
     // before the first cell there is none
-    for (int corner = 1; corner < cell_corners; ++corner)
+    for (int corner = 1; corner < cell_corners && place.cell == 0; ++corner)
         for (int64_t at = window; at > window - corners.of[corner] - width; at -= width)
             store(sums_of(robot, corner).of, at, zero);
-    int64_t slot = 0, last_slot = 0;
-    for (int64_t cell = 0; cell < robot.count; cell += width) {
+    int64_t slot = place.slot, last_slot = place.last_slot;
+    for (int64_t cell = place.cell; cell < end; cell += width) {
         if (cell < cubes)
             pull_cells<R, damped, driven, direction_count>(robot, corners, moment, cell, slot);
         else
@@ -150,5 +151,6 @@ LIMAX_FEW_POINTERS void pair(const spring_arrays<R>& shared, const actuation::mo
         last_slot = slot;
         slot = slot + width == window ? 0 : slot + width;
     }
-    gather(robot, corners, robot.count - width, last_slot);
+    place = {end, slot, last_slot};
+    if (end == robot.count) gather(robot, corners, robot.count - width, last_slot);
 }

@@ -110,9 +110,34 @@ public:
     void evaluate(const mass_arrays<S>& seen, int64_t tick) {
         move(double(tick) * tick_);
         columns_.show_springs(seen);
-        passes_of<S>(passes_).pair[variant(tick)](columns_.springs, moment<S>(tick));
+        pair_place place;
+        passes_of<S>(passes_).pair[variant(tick)](columns_.springs, moment<S>(tick), place,
+                                                  seen.count);
         act_on_masses(seen, tick);
         if (block_) block_->evaluate(seen);
+    }
+
+    // Do masses act on each other by springs only?
+    bool local() const {
+        return !self_contacts_ && !block_ && !ledger_ && !(scene_.mask() & effects::face_bits);
+    }
+    // In a scene where local(): fills the forces on some masses after the others, and calls
+    // act(part) with each part once its forces are complete. Springs of the other parts do not read
+    // it any more: a whole step of it may follow, while it is in the cache.
+    template <class Act>
+    void evaluate_parts(const mass_arrays<S>& masses, int64_t tick, const Act& act) {
+        move(double(tick) * tick_);
+        columns_.show_springs(masses);
+        pair_place place;
+        for (int64_t first = 0, ready; first < masses.count; first = ready) {
+            const int64_t end = std::min(place.cell + sites_of_part, masses.count);
+            passes_of<S>(passes_).pair[variant(tick)](columns_.springs, moment<S>(tick), place,
+                                                      end);
+            ready = end == masses.count ? end : end - site_block;
+            const mass_arrays<S> part = part_of(masses, first, ready);
+            act_on_masses(part, tick);
+            act(part);
+        }
     }
 
     // The energy stored in contacts between masses of the body, J.
@@ -216,6 +241,21 @@ public:
     }
 
 private:
+    // Few enough for a core's cache, with the sums of cells and the layer above.
+    static constexpr int64_t sites_of_part = 1024;
+
+    static mass_arrays<S> part_of(mass_arrays<S> masses, int64_t first, int64_t end) {
+        masses.count = end - first;
+        for (auto* column :
+             {&masses.position, &masses.velocity, &masses.next_velocity, &masses.predicted,
+              &masses.lost_position, &masses.lost_velocity, &masses.force})
+            for (S*& axis : *column)
+                if (axis) axis += first;
+        masses.mass += first;
+        masses.inverse_mass += first;
+        return masses;
+    }
+
     // Makes the parameters of an instance.
     template <class E, class Active>
     void make(Active& active) {

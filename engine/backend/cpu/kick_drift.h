@@ -26,19 +26,23 @@ public:
 
     void begin(int64_t step) override {
         forces_.evaluate(masses_, step - plan_.settle_steps);
-        const double h = leapfrog_ && step == 0 ? 0.5 * plan_.time_step : plan_.time_step;
-        passes_.kick[compensated](masses_, S(h));
-        forces_.push(masses_, S(h));
+        kick(masses_, step);
     }
 
     void finish(int64_t step) override {
-        const S share = step == 0 ? S(1) : S(0.5);
-        passes_.drift[compensated][leapfrog_](masses_, S(plan_.time_step), share);
-        for (int axis = 0; axis < 3; ++axis) {
-            std::swap(masses_.velocity[axis], masses_.next_velocity[axis]);
-            if (!leapfrog_) masses_.predicted[axis] = masses_.velocity[axis];
-        }
-        forces_.drift(plan_.time_step, leapfrog_, double(share));
+        drift(masses_, step);
+        change_velocities();
+        forces_.drift(plan_.time_step, leapfrog_, double(share(step)));
+    }
+
+    bool whole(int64_t step) override {
+        if (!forces_.local()) return false;
+        forces_.evaluate_parts(masses_, step - plan_.settle_steps, [&](const auto& part) {
+            kick(part, step);
+            drift(part, step);
+        });
+        change_velocities();
+        return true;
     }
 
     void velocity_now(int64_t step, bool begun, S* const out[3]) const override {
@@ -55,6 +59,25 @@ public:
     }
 
 private:
+    static S share(int64_t step) { return step == 0 ? S(1) : S(0.5); }
+
+    // Kick and impulses of some masses, or of all.
+    void kick(const mass_arrays<S>& masses, int64_t step) {
+        const double h = leapfrog_ && step == 0 ? 0.5 * plan_.time_step : plan_.time_step;
+        passes_.kick[compensated](masses, S(h));
+        forces_.push(masses, S(h));
+    }
+    void drift(const mass_arrays<S>& masses, int64_t step) {
+        passes_.drift[compensated][leapfrog_](masses, S(plan_.time_step), share(step));
+    }
+    // The velocities after the kick become those before the next one.
+    void change_velocities() {
+        for (int axis = 0; axis < 3; ++axis) {
+            std::swap(masses_.velocity[axis], masses_.next_velocity[axis]);
+            if (!leapfrog_) masses_.predicted[axis] = masses_.velocity[axis];
+        }
+    }
+
     const bool leapfrog_;
     const schedule& plan_;
     const spring_body& body_;

@@ -84,9 +84,17 @@ struct stage_arrays {
     S* velocity_slope[3];  // weighted sum of the accelerations so far, m/s^2
 };
 
-// Adds the forces of all springs.
+// How far the forces of springs are computed: the next cell, and where the sums of it and of the
+// one before are kept.
+struct pair_place {
+    int64_t cell = 0, slot = 0, last_slot = 0;
+};
+// Computes the forces of springs, from `place` on for all cells before `end`, a multiple of
+// site_block. Afterwards the forces on all sites before end - site_block are complete, at the
+// lattice's end all.
 template <class S>
-using pair_pass = void (*)(const spring_arrays<S>&, const effects::actuation::moment<S>&);
+using pair_pass = void (*)(const spring_arrays<S>&, const effects::actuation::moment<S>&,
+                           pair_place& place, int64_t end);
 // Sites from `first` to before `end`.
 struct site_range {
     int64_t first, end;

@@ -76,7 +76,7 @@ private:
     std::unique_ptr<stepper<S>> make_stepper();
     void check_limits();
     bool take_tick();
-    void finish_step();
+    void count_step();
     void mark_centers();
     void mark_block();
     // Whether the velocities at t_n are half way between those before and after the kick.
@@ -139,9 +139,7 @@ bool robot_run<S, compensated>::take_tick() {
 }
 
 template <class S, bool compensated>
-void robot_run<S, compensated>::finish_step() {
-    stepper_->finish(step_);
-    begun_ = false;
+void robot_run<S, compensated>::count_step() {
     ++step_;
     outcome_.step = step_;
     outcome_.time = double(step_ - plan_.settle_steps) * plan_.time_step;
@@ -193,6 +191,12 @@ bool robot_run<S, compensated>::advance(scratch& memory, deadline until, int64_t
                 samples_->before_tick(step_);
                 if (!take_tick()) break;
             }
+            const bool ends = step_ % look_interval == 0 && step_ > start &&
+                              (interrupted() || std::chrono::steady_clock::now() >= until);
+            if (step_ < stop && !ends && samples_->idle(step_) && stepper_->whole(step_)) {
+                count_step();
+                continue;
+            }
             stepper_->begin(step_);
             begun_ = true;
             samples_->take(step_);
@@ -201,12 +205,12 @@ bool robot_run<S, compensated>::advance(scratch& memory, deadline until, int64_t
                 if (state_.block) mark_block();
                 break;
             }
-            if (step_ % look_interval == 0 && step_ > start &&
-                (interrupted() || std::chrono::steady_clock::now() >= until))
-                return false;
+            if (ends) return false;
         }
         if (step_ == stop) return false;
-        finish_step();
+        stepper_->finish(step_);
+        begun_ = false;
+        count_step();
     }
     samples_->all().summarize(outcome_);
     // no more forces are needed: most of the memory can be freed

@@ -50,6 +50,14 @@ public:
         tick_ = step;
     }
 
+    // Is nothing of step n recorded?
+    bool idle(int64_t step) const {
+        const int64_t since = step - plan_.settle_steps;
+        if (since < 0) return true;
+        for (int kind = 0; kind < LIMAX_TRACE_KINDS; ++kind)
+            if (traces_.due(kind, since)) return false;
+        return !ledger_;
+    }
     // Records step n once it has begun; does nothing before t = 0.
     void take(int64_t step) {
         const int64_t since = step - plan_.settle_steps;
