@@ -46,7 +46,7 @@ typedef enum limax_status {
 } limax_status;
 
 enum {
-    LIMAX_ABI = 14, /* raised whenever a declaration of this file changes */
+    LIMAX_ABI = 15, /* raised whenever a declaration of this file changes */
     LIMAX_MAX_MATERIALS = 16,
     LIMAX_MAX_HIDDEN = 8
 };
@@ -422,12 +422,12 @@ typedef enum limax_trace_kind {
     LIMAX_TRACE_ACTIVATION = 6, /* [sample][voxel], -1 to 1 */
     LIMAX_TRACE_SENSOR = 7, /* [sample][input][voxel] of the inputs that the controller reads, as
                              * it read them at the last tick: limax_scene_input() */
-    /* [sample][9], J, a block included: kinetic energy, that of springs, of contacts, and
+    /* [sample][9], J, blocks included: kinetic energy, that of springs, of contacts, and
      * gravitational energy; work since t = 0 of the muscles, of damping, of contacts' damping, of
      * friction, and of everything else, positive into the body; CPU only */
     LIMAX_TRACE_LEDGER = 8,
-    LIMAX_TRACE_BLOCK = 9, /* [sample][7]: centre of the rigid block, m; quaternion w, x, y, z that
-                            * turns its own axes into the world's */
+    LIMAX_TRACE_BLOCK = 9, /* [sample][block][7]: centre of each rigid block, m; quaternion w, x, y,
+                            * z that turns its own axes into the world's */
     LIMAX_TRACE_KINDS = 10
 } limax_trace_kind;
 
@@ -499,7 +499,7 @@ typedef struct limax_outcome {
     double muscle_work; /* integral of the muscles' positive power, J (energy) */
     double strain;      /* mean over samples of the mean strain (strain) */
     double strain_most; /* largest strain of any sample (strain) */
-    /* The scene's rigid block; NaN without one. */
+    /* The scene's first rigid block; NaN without one. */
     double block_start[3];    /* centre at t = 0, m */
     double block_middle[3];   /* after half of the steps from t = 0 */
     double block_end[3];      /* at the end */
@@ -539,10 +539,11 @@ limax_status limax_simulations_advance(limax_simulation* const* simulations, int
  * call that needs their results waits for them. On the CPU nothing happens until then. */
 limax_status limax_simulations_begin(limax_simulation* const* simulations, int32_t count,
                                      double seconds);
-/* The deepest contact of a body, or of the rigid block, with an obstacle at its start, if it is
+/* The deepest contact of a body, or of a rigid block, with an obstacle at its start, if it is
  * deeper than a twentieth of an edge: what pushes masses out then throws the body. */
 typedef struct limax_overlap {
-    const char* subject;  /* "robot 3", from 1, or "the block"; empty if nothing overlaps */
+    const char* subject; /* "robot 3", from 1, "the block", or "scene.block[2]" of several; empty if
+                          * nothing overlaps */
     const char* obstacle; /* "scene.boxes[2]" */
     double depth;         /* m */
     int32_t robots;       /* that overlap something */
@@ -569,10 +570,12 @@ limax_status limax_simulation_state(const limax_simulation* simulation, int32_t 
                                     double* positions, double* velocities);
 
 enum { LIMAX_BLOCK_STATE = 13 };
-/* Current state of one robot's rigid block, [LIMAX_BLOCK_STATE]: its centre (m, in the world), the
- * quaternion w, x, y, z that turns its own axes into the world's, velocity (m/s) and angular
- * velocity (rad/s, in the world). LIMAX_INVALID_ARGUMENT in a scene without the effect `block`. */
-limax_status limax_simulation_block(const limax_simulation* simulation, int32_t robot, double* out);
+/* Current state of rigid block `which` of one robot, from 0 in the order of adding,
+ * [LIMAX_BLOCK_STATE]: its centre (m, in the world), the quaternion w, x, y, z that turns its own
+ * axes into the world's, velocity (m/s) and angular velocity (rad/s, in the world).
+ * LIMAX_INVALID_ARGUMENT if the scene has no such block. */
+limax_status limax_simulation_block(const limax_simulation* simulation, int32_t robot,
+                                    int32_t which, double* out);
 
 /* Sets state s[`state`] of a robot's controller, [voxel] of the lattice, for the next tick. Only on
  * the CPU. LIMAX_INVALID_ARGUMENT for a controller that sets no such state. */

@@ -33,8 +33,8 @@ names.trace = enumeration("TRACE_", "center_of_mass", "position", "velocity", "c
   "strain", "activation", "sensor", "ledger", "block")
 
 --- Columns of each trace, along its last axis. The works of `ledger` are since t = 0; `block` is
---- the centre of the rigid block and the quaternion that turns its own axes into the world's. Those
---- of `activation` and `sensor` are voxels of the lattice.
+--- the centre of each rigid block and the quaternion that turns its own axes into the world's.
+--- Those of `activation` and `sensor` are voxels of the lattice.
 names.trace_columns = {
   center_of_mass = { "x", "y", "z" }, position = { "x", "y", "z" }, velocity = { "x", "y", "z" },
   contact = { "share of masses" }, energy = { "kinetic", "elastic", "gravitational",

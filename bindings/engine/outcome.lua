@@ -28,7 +28,7 @@ local outcome = {}
 ---@field muscle_work number|nil J
 ---@field strain number|nil 1
 ---@field strain_most number|nil 1
----@field block_start number[]|nil centre of the rigid block at t = 0, m; these are nil without one
+---@field block_start number[]|nil centre of the first rigid block at t = 0, m; nil without one
 ---@field block_middle number[]|nil after half of the steps from t = 0
 ---@field block_end number[]|nil at the end
 ---@field block_velocity number[]|nil at the end, m/s

@@ -1,8 +1,8 @@
 --- scene.lua: a scene is the list of its effects: `engine.scene { gravity = true, ground = {
 --- stiffness = 1e5 } }`. true takes an effect's defaults, a table changes some of its fields, false
 --- or nil leaves it out. An effect that a scene may have several times also takes a list of such
---- tables, in any order. The springs of the bodies act in every scene. Any other name with a table
---- that has a `force` is a scripted effect.
+--- tables, in any order but for blocks and targets. The springs of the bodies act in every scene.
+--- Any other name with a table that has a `force` is a scripted effect.
 
 local ffi = require "ffi"
 local abi = require "limax.engine.abi"

@@ -35,7 +35,7 @@ rules.record = schema.fields(rates)
 numbers.time_step, numbers.record = nil, nil
 local options_rule = schema.fields(rules)
 local any_number, steps_rule = schema.number {}, schema.whole(0, 2 ^ 53, 0)
-local state_rule = schema.whole(0, 15)
+local state_rule, which_rule = schema.whole(0, 15), schema.whole(1, 2 ^ 31 - 1, 1)
 local trace_rule, row_rule = schema.choice(names.trace.names), schema.numbers(3)
 
 ---@class limax.simulation : limax.object
@@ -96,12 +96,12 @@ local function simulation(robots, table_of_materials, in_scene, options, on, mas
 end
 
 ---@class limax.overlap
----@field subject string "robot 3" or "the block"
+---@field subject string "robot 3", "the block", or "scene.block[2]" of several
 ---@field obstacle string "scene.boxes[2]"
 ---@field depth number m, of the deepest place
 ---@field robots integer that begin inside something
 
---- The deepest place of a body, or of the block, that begins inside an obstacle by more than a
+--- The deepest place of a body, or of a block, that begins inside an obstacle by more than a
 --- twentieth of an edge; nil if none does.
 ---@return limax.overlap|nil
 function methods:overlap()
@@ -221,9 +221,9 @@ end
 
 --- A recorded trace of robot i, as far as it goes: "center_of_mass" [sample][3], "position" and
 --- "velocity" [sample][mass][3], "contact" [sample][1], "energy" [sample][4], "strain" [sample][2],
---- "ledger" [sample][9], "block" [sample][7], "activation" [sample][voxel], "sensor"
---- [sample][input][voxel]; with .rate, .unit, .samples, .columns, and .inputs, the names of what
---- the controller reads.
+--- "ledger" [sample][9], "block" [sample][7] or, of several, [sample][block][7], "activation"
+--- [sample][voxel], "sensor" [sample][input][voxel]; with .rate, .unit, .samples, .columns, and
+--- .inputs, the names of what the controller reads.
 ---@param i integer
 ---@param kind string
 ---@return limax.view
@@ -240,6 +240,8 @@ function methods:trace(i, kind)
   local count, columns = tonumber(samples[0]), tonumber(width[0])
   local shape = { count, columns }
   if kind == "position" or kind == "velocity" then shape = { count, columns / 3, 3 } end
+  local each = #names.trace_columns.block
+  if kind == "block" and columns > each then shape = { count, columns / each, each } end
   local inputs = kind == "sensor" and { unpack(self.inputs) } or nil
   if inputs then shape = { count, #inputs, columns / math.max(1, #inputs) } end
   return view.new(self, kind, "double", data[0], shape,
@@ -295,14 +297,16 @@ function methods:set_state(i, k, values)
   abi.check(C.limax_simulation_set_state(handle, robot, k, data), what)
 end
 
---- Place and motion of robot i's rigid block now; raises in a scene without one.
+--- Place and motion now of a rigid block of robot i; raises if the scene has no such block.
 ---@param i integer
+---@param which? integer from 1, in the scene's order; 1 if absent
 ---@return limax.block_state
-function methods:block(i)
+function methods:block(i, which)
   local what = "simulation:block"
   local handle, robot = object.entry(what, self, class, i)
+  which = schema.demand(which_rule, which, what .. ": which")
   local state = ffi.new("double[?]", C.LIMAX_BLOCK_STATE)
-  abi.check(C.limax_simulation_block(handle, robot, state), what)
+  abi.check(C.limax_simulation_block(handle, robot, which - 1, state), what)
   local function part(first, count)
     local list = {}
     for k = 1, count do list[k] = state[first + k - 1] end

@@ -273,11 +273,11 @@ limax_status limax_simulation_state(const limax_simulation* simulation, int32_t 
 }
 
 limax_status limax_simulation_block(const limax_simulation* simulation, int32_t robot,
-                                    double* out) {
+                                    int32_t which, double* out) {
     return guard([&] {
         const auto use = using_robot(simulation, robot);
         require("out", out);
-        simulation->it->block(robot, out);
+        simulation->it->block(robot, which, out);
     });
 }
 

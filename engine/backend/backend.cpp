@@ -48,8 +48,14 @@ void require_smooth(const scene& scene) {
 bool interrupted() { return stop_flag.load(std::memory_order_relaxed); }
 void set_interrupted(bool stop) { stop_flag.store(stop, std::memory_order_relaxed); }
 
-void simulation::block(int32_t /*robot*/, double* /*out*/) {
-    fail(LIMAX_INVALID_ARGUMENT, "there is no block: the scene does not name the effect 'block'");
+void require_block(const scene& scene, int32_t which) {
+    const int count = scene.instances(effects::index_of<effects::block>);
+    if (count == 0)
+        fail(LIMAX_INVALID_ARGUMENT,
+             "there is no block: the scene does not name the effect 'block'");
+    if (which < 0 || which >= count)
+        fail(LIMAX_INVALID_ARGUMENT, format("there is no block %d: the scene has %d block%s",
+                                            which + 1, count, count == 1 ? "" : "s"));
 }
 
 void simulation::set_state(int32_t /*robot*/, int32_t /*state*/, const double* /*values*/) {

@@ -67,6 +67,9 @@ void check_beyond_cpu(const limax_simulation_options& options);
 // Fills the outcome of robot `index` before it is prepared: skipped, invalid or running.
 void start_outcome(const simulation_setup& setup, int32_t index, limax_outcome& outcome);
 
+// Refuses the number of a block, from 0, that the scene does not have.
+void require_block(const scene& scene, int32_t which);
+
 void keep_summary(const trace_summary& summary, limax_outcome& outcome);
 
 class simulation {
@@ -82,8 +85,9 @@ public:
     // Before the first step, [mass][3]; either may be null.
     virtual void place(int32_t robot, const double* positions, const double* velocities) = 0;
     virtual void state(int32_t robot, double* positions, double* velocities) = 0;  // [mass][3]
-    // Writes the state of a robot's rigid block, [LIMAX_BLOCK_STATE]; refuses a scene without one.
-    virtual void block(int32_t robot, double* out);
+    // Writes the state of a rigid block of a robot, from 0, [LIMAX_BLOCK_STATE]; refuses one that
+    // the scene does not have.
+    virtual void block(int32_t robot, int32_t which, double* out) = 0;
     // Sets a state of a robot's controller, [voxel]; refuses a device that cannot, and a controller
     // that sets no such state.
     virtual void set_state(int32_t robot, int32_t state, const double* values);

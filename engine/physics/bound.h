@@ -38,7 +38,7 @@
 
 #include "body/lattice.h"
 #include "physics/effects/all.h"
-#include "physics/solid_edges.h"
+#include "physics/solid_pairs.h"
 
 namespace limax {
 
@@ -169,19 +169,31 @@ LIMAX_LAW double stable_step_of_mass(const Scene& scene, scheme method, const la
     return stable_step(method, sum.stiffness / mass, sum.damping / mass);
 }
 
-// The longest stable step of a scene's rigid block, s: effects/block.h has the shares. Contacts of
-// two that move count twice; no more masses touch than the body has. `heaviest` is its heaviest
-// mass, kg, `edge` that of its voxels, m.
+// The longest stable step of rigid block `which` of a scene, s: effects/block.h has the shares.
+// Contacts of two that move count twice; no more masses touch than the body has. `heaviest` is its
+// heaviest mass, kg, `edge` that of its voxels, m.
 template <class Scene>
-LIMAX_LAW double stable_step_of_block(const Scene& scene, scheme method, double edge,
+LIMAX_LAW double stable_step_of_block(const Scene& scene, int which, scheme method, double edge,
                                       int32_t masses, double heaviest) {
     using namespace effects;
     const double origin[3] = {0, 0, 0};
-    const block::params<double> p = block::make<double>(scene.values(index_of<block>, 0), origin);
+    const auto block_at = [&](int i) {
+        return block::make<double>(scene.values(index_of<block>, i), origin);
+    };
+    const block::params<double> p = block_at(which);
     const double touching = smaller(double(masses), block::most_touching(p, edge));
     const stiffness_damping of_mass = block::bound(p, heaviest);
     stiffness_damping sum{block::most_of_place * touching * of_mass.stiffness,
                           block::most_of_place * touching * of_mass.damping};
+    // each block is guest and host
+    const double of_pair = 2.0 * 2.0 * solid::most_of_box * block::most_of_place;
+    for (int i = 0; i < scene.instances(index_of<block>); ++i) {
+        if (i == which) continue;
+        const stiffness_damping one = i < which ? solid::contact_of_pair(block_at(i), p)
+                                                : solid::contact_of_pair(p, block_at(i));
+        sum.stiffness += of_pair * one.stiffness;
+        sum.damping += of_pair * one.damping;
+    }
     for_each([&]<class E>(E) {
         if constexpr (is_contact<E>) {
             const bool flat = same_type<E, ground> || same_type<E, planes>;

@@ -1,9 +1,12 @@
-// overlap.cpp: depths of masses and of the block's corners in the contacts of a scene.
+// overlap.cpp: depths of masses and of blocks' corners in the contacts of a scene, and of blocks in
+// each other.
 #include "physics/overlap.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/error.h"
+#include "physics/solid_edges.h"
 
 namespace limax {
 
@@ -33,19 +36,18 @@ void add_contacts(const place& at, const scene& scene, contact& deepest) {
     });
 }
 
-// The block where it starts: its centre and half of its edges, m.
-struct solid {
-    effects::block::params<double> params;
-    place center;
-};
+std::vector<solid::body> blocks_of(const scene& scene, const double* start) {
+    std::vector<solid::body> blocks;
+    for (int i = 0; i < scene.instances(index_of<effects::block>); ++i)
+        blocks.push_back(solid::placed(i, scene.values(index_of<effects::block>, i), start));
+    return blocks;
+}
 
-solid block_of(const scene& scene, const double* start) {
-    const double* values = scene.values(index_of<effects::block>);
-    const auto params = effects::block::make<double>(values, nullptr);
-    const double* from = values + effects::block::at_position;
-    return {params,
-            {start[0] + from[0] + params.half.x, start[1] + from[1] + params.half.y,
-             start[2] + from[2] + params.half.z}};
+// How far a block must move at least to leave another, m.
+double depth_of_pair(const solid::body& a, const solid::body& b) {
+    const place &p = a.law.half, &q = b.law.half, away = solid::minus(a.block.place, b.block.place);
+    return std::min(
+        {p.x + q.x - std::abs(away.x), p.y + q.y - std::abs(away.y), p.z + q.z - std::abs(away.z)});
 }
 
 // The deepest contact of a body of voxels; of one that fills the lattice if `voxels` is null.
@@ -65,20 +67,20 @@ contact deepest_of_body(const lattice& grid, const uint8_t* voxels,
         corner[2] = std::min(corner[2], z);
     });
     contact deepest;
-    const bool has_block = scene.has(index_of<effects::block>);
-    const solid block = has_block ? block_of(scene, options.position) : solid{};
+    const std::vector<solid::body> blocks = blocks_of(scene, options.position);
     for_each_site(grid, [&](int x, int y, int z) {
         if (!used[std::size_t(grid.site(x, y, z))]) return;
         const place at{options.position[0] + options.edge * (x - corner[0]),
                        options.position[1] + options.edge * (y - corner[1]),
                        options.position[2] + options.edge * (z - corner[2])};
         add_contacts(at, scene, deepest);
-        if (!has_block) return;
-        const double depth =
-            effects::block::solid(block.params, place{at.x - block.center.x, at.y - block.center.y,
-                                                      at.z - block.center.z})
-                .depth;
-        if (depth > deepest.depth) deepest = {"scene.block", depth};
+        for (const solid::body& block : blocks) {
+            const double depth =
+                effects::block::solid(block.law, solid::minus(at, block.block.place)).depth;
+            if (depth > deepest.depth)
+                deepest = {name_of_instance(index_of<effects::block>, std::size_t(block.number)),
+                           depth};
+        }
     });
     return deepest;
 }
@@ -94,15 +96,20 @@ overlap find_overlap(const lattice& grid, const limax_simulation_options& option
         if (deepest.depth > found.depth)
             found = {subject, deepest.obstacle, deepest.depth, found.robots};
     };
-    if (scene.has(index_of<effects::block>)) {
-        const solid block = block_of(scene, options.position);
+    const std::vector<solid::body> blocks = blocks_of(scene, options.position);
+    for (std::size_t i = 0; i < blocks.size(); ++i) {
         contact deepest;
         for (int k = 0; k < 8; ++k)
-            add_contacts({block.center.x + (k & 1 ? 1 : -1) * block.params.half.x,
-                          block.center.y + (k & 2 ? 1 : -1) * block.params.half.y,
-                          block.center.z + (k & 4 ? 1 : -1) * block.params.half.z},
+            add_contacts(plus(blocks[i].block.place, 1.0, solid::corner_of(blocks[i].law.half, k)),
                          scene, deepest);
-        if (deepest.depth > least) keep("the block", deepest);
+        for (std::size_t other = 0; other < i; ++other) {
+            const double depth = depth_of_pair(blocks[i], blocks[other]);
+            if (depth > deepest.depth)
+                deepest = {name_of_instance(index_of<effects::block>, other), depth};
+        }
+        if (deepest.depth > least)
+            keep(blocks.size() == 1 ? "the block" : name_of_instance(index_of<effects::block>, i),
+                 deepest);
     }
     // a body that anchors hold is not thrown
     if (scene.has(index_of<effects::anchors>)) return found;

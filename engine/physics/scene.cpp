@@ -19,7 +19,7 @@ const std::vector<effect_entry>& effect_entries() {
                     needs += (needs.empty() ? "" : ", ") + std::string(F::name);
             });
             list.push_back({E::name, E::summary, needs, E::hooks, E::fields, E::field_count,
-                            effects::most_instances<E>});
+                            effects::most_instances<E>, effects::keeps_order<E>});
         });
         return list;
     }();
@@ -28,8 +28,8 @@ const std::vector<effect_entry>& effect_entries() {
 
 namespace {
 
-std::vector<std::vector<double>> sorted(std::vector<std::vector<double>> instances) {
-    std::sort(instances.begin(), instances.end());
+std::vector<std::vector<double>> sorted(int effect, std::vector<std::vector<double>> instances) {
+    if (!effect_entries()[effect].keeps_order) std::sort(instances.begin(), instances.end());
     return instances;
 }
 
@@ -79,7 +79,7 @@ void scene::add(const std::string& effect) {
              most == 1 ? format("scene: effect '%s' is named twice", effect.c_str())
                        : format("scene.%s: at most %d of them are possible", effect.c_str(), most));
     instances_[index].push_back(defaults_[index]);
-    sorted_[index] = sorted(instances_[index]);
+    sorted_[index] = sorted(index, instances_[index]);
     mask_ |= 1u << index;
 }
 
@@ -111,7 +111,7 @@ void scene::set(const std::string& effect, const std::string& name, const double
                           field.unit);
         // -0 becomes 0, so that equal values are equal bits
         for (int c = 0; c < count; ++c) instances_[index].back()[offset + c] = values[c] + 0.0;
-        sorted_[index] = sorted(instances_[index]);
+        sorted_[index] = sorted(index, instances_[index]);
         return;
     }
     fail(LIMAX_INVALID_ARGUMENT, format("%s has no field '%s'; it has %s", place.c_str(),
@@ -228,16 +228,20 @@ void scene::check() const {
             fail(LIMAX_INVALID_ARGUMENT,
                  "scene.control.signal reads the block, but the scene has no block");
     }
-    const double* const size = values(effects::index_of<effects::block>);
     const double spacing =
         effects::terrain::spacing_of(values(effects::index_of<effects::terrain>));
-    if (has(effects::index_of<effects::edges>) && has(effects::index_of<effects::terrain>) &&
-        solid::touches_of_terrain({0.5 * size[0], 0.5 * size[1], 0.5 * size[2]}, spacing) >
+    const bool with_edges =
+        has(effects::index_of<effects::edges>) && has(effects::index_of<effects::terrain>);
+    for (int i = 0; with_edges && i < instances(effects::index_of<effects::block>); ++i) {
+        const double* const size = values(effects::index_of<effects::block>, i);
+        if (solid::touches_of_terrain({0.5 * size[0], 0.5 * size[1], 0.5 * size[2]}, spacing) <=
             solid::most_touches)
+            continue;
         fail(LIMAX_INVALID_ARGUMENT,
              format("scene.edges: the block meets more than %d places of a terrain with a spacing "
                     "of %g m; take a larger scene.terrain.spacing, or a smaller block",
                     solid::most_touches, spacing));
+    }
     constexpr int target = effects::index_of<effects::target>;
     for (int i = 1; i < instances(target); ++i) {
         const double before = values_as_added(target, i - 1)[effects::target::at_time],

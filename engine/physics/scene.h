@@ -1,5 +1,5 @@
 // scene.h: a scene is the list of its effects, each with the values of its parameters. The order
-// of adding never matters.
+// of adding matters only among instances of an effect that keeps it.
 #pragma once
 
 #include <string>
@@ -19,6 +19,7 @@ struct effect_entry {
     const effects::field* fields;
     int field_count;
     int most_instances;
+    bool keeps_order;
 };
 
 // Every effect, in the order of effects::all.
@@ -65,7 +66,7 @@ public:
     int instances(int effect) const { return int(instances_[effect].size()); }
     // Components of all fields of an instance of an effect, one after the other; the defaults of an
     // effect that is not there. Instances are sorted by their values, so that the order of adding
-    // does not affect results.
+    // does not affect results, unless the effect keeps it.
     const double* values(int effect, int instance = 0) const {
         return has(effect) ? sorted_[effect][instance].data() : defaults_[effect].data();
     }

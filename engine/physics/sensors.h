@@ -62,9 +62,10 @@ inline constexpr sensor list[] = {
     {"target", "1", "direction from the centre of mass to scene.target, in the body's frame", 3,
      1.0, source::scene},
     {"target_distance", "m", "between the centre of mass and scene.target", 1, 5.0, source::scene},
-    {"block", "m", "centre of scene.block from the centre of mass, in the body's frame", 3, 1.0,
+    {"block", "m", "centre of the first scene.block from the centre of mass, in the body's frame",
+     3, 1.0, source::scene},
+    {"block_velocity", "m/s", "of the first scene.block in the body's frame", 3, 1.0,
      source::scene},
-    {"block_velocity", "m/s", "of scene.block in the body's frame", 3, 1.0, source::scene},
     {"ahead", "m",
      "height of ground or terrain 2, 4 and 6 edges ahead of the centre of mass, along the body's "
      "x axis, less that below it",

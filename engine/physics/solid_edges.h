@@ -42,9 +42,12 @@ LIMAX_LAW void each_edge(const Visit& visit) {
         for (int corner = 0; corner < 8; ++corner)
             if (!(corner >> axis & 1)) visit(corner, corner | 1 << axis);
 }
-// Where along a segment, 0 to 1, the middle of its part in a box about 0 is; below 0 unless both of
-// its ends are outside.
-LIMAX_LAW double middle_of_crossing(const vector& from, const vector& to, const vector& half) {
+// Where along a segment, 0 to 1, its part in a box about 0 begins and ends; it has none unless
+// enter < leave.
+struct crossing {
+    double enter, leave;
+};
+LIMAX_LAW crossing crossing_of(const vector& from, const vector& to, const vector& half) {
     double enter = 0.0, leave = 1.0;
     const auto clip = [&](double a, double b, double h) {
         const double step = b - a;
@@ -59,18 +62,24 @@ LIMAX_LAW double middle_of_crossing(const vector& from, const vector& to, const 
     clip(from.x, to.x, half.x);
     clip(from.y, to.y, half.y);
     clip(from.z, to.z, half.z);
+    return {enter, leave};
+}
+// The middle of that part; below 0 unless both ends of the segment are outside.
+LIMAX_LAW double middle_of_crossing(const vector& from, const vector& to, const vector& half) {
+    const auto [enter, leave] = crossing_of(from, to, half);
     return enter > 0.0 && leave < 1.0 && enter < leave ? 0.5 * (enter + leave) : -1.0;
 }
 
 // Adds the pushes on edges and faces. The parameters are those of meet_contacts().
 template <class EachContact, class Keep>
-LIMAX_LAW void meet_edges(const block_params& law, const view& block, load& on,
-                          const EachContact& each_contact, const Keep& keep) {
+LIMAX_LAW void meet_edges(body& of, const EachContact& each_contact, const Keep& keep) {
+    const block_params& law = of.law;
+    const view block = view_of(of);
     [[maybe_unused]] int32_t moving = 0;
     each_contact([&]<class E>(E, const auto& params) {
         if constexpr (effects::moves<E>) ++moving;
         const auto push = [&](const vector& arm, double depth, const vector& normal) {
-            meet_surface<E>(node_at(law, block, arm), on, params,
+            meet_surface<E>(node_at(of, arm), of, params,
                             effects::surface_point<double, vector>{depth, normal}, arm, moving,
                             keep);
         };

@@ -114,9 +114,9 @@ double time_step_bound(const spring_body& body, const scene& scene, limax_integr
         least = std::min(least, stable_step_of_mass(scene, scheme(integrator), body.grid, springs,
                                                     site, body.mass[site]));
     }
-    if (scene.has(effects::index_of<effects::block>))
+    for (int i = 0; i < scene.instances(effects::index_of<effects::block>); ++i)
         least = std::min(
-            least, stable_step_of_block(scene, scheme(integrator), body.rest[0], body.masses,
+            least, stable_step_of_block(scene, i, scheme(integrator), body.rest[0], body.masses,
                                         *std::max_element(body.mass.begin(), body.mass.end())));
     return least;
 }
@@ -128,8 +128,8 @@ double accuracy_cap(const limax_simulation_options& options, const scene& scene,
     double squared =
         squared_arrival_speed({x[0], x[1], x[2]}, {edge * grid.nx, edge * grid.ny, edge * grid.nz},
                               options.velocity, options, scene);
-    if (scene.has(index_of<block>)) {
-        const double* values = scene.values(index_of<block>);
+    for (int i = 0; i < scene.instances(index_of<block>); ++i) {
+        const double* values = scene.values(index_of<block>, i);
         const double* from = values + block::at_position;
         squared = std::max(squared,
                            squared_arrival_speed({x[0] + from[0], x[1] + from[1], x[2] + from[2]},
@@ -211,7 +211,8 @@ int64_t trace_width(int32_t kind, int64_t masses, int64_t voxels, const scene& s
         case LIMAX_TRACE_CONTACT: return 1;
         case LIMAX_TRACE_ENERGY: return 4;
         case LIMAX_TRACE_LEDGER: return ledger_width;
-        case LIMAX_TRACE_BLOCK: return 7;
+        case LIMAX_TRACE_BLOCK:
+            return solid::sample_width * scene.instances(effects::index_of<effects::block>);
         case LIMAX_TRACE_ACTIVATION: return voxels;
         case LIMAX_TRACE_SENSOR: return voxels * sensors::count_bits(scene.controller().sensors);
         default: return 2;

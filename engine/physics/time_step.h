@@ -31,7 +31,7 @@ int64_t trace_width(int32_t kind, int64_t masses, int64_t voxels, const scene& s
 // it first reaches what is below it: 0.1 h / sqrt(|v|^2 + 2 |g| H). H is the distance along gravity
 // of its lowest corner to the ground, a plane or terrain, or of the box around the lattice to a box
 // or the box around a sphere, the shortest of them; 0 without gravity or any of them, and at most
-// the distance that it falls in the whole run. The same for a rigid block. s; infinite for a body
+// the distance that it falls in the whole run. The same for rigid blocks. s; infinite for a body
 // that starts at rest on the ground.
 double accuracy_cap(const limax_simulation_options& options, const scene& scene,
                     const lattice& grid);

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "backend/cpu/columns.h"
-#include "backend/cpu/rigid_block.h"
+#include "backend/cpu/rigid_blocks.h"
 #include "backend/cpu/self_contacts.h"
 #include "backend/cpu/work_ledger.h"
 #include "physics/scene.h"
@@ -60,7 +60,7 @@ public:
                 if constexpr (effects::moves<E>)
                     if (active.index == effects::index_of<E>) make<E>(active);
             });
-        if (block_) block_->move(origin_, time);
+        if (blocks_) blocks_->move(origin_, time);
     }
 
     // Muscles rest while the body settles, before tick 0.
@@ -114,7 +114,7 @@ public:
         passes_of<S>(passes_).pair[variant(tick)](columns_.springs, moment<S>(tick), place,
                                                   seen.count);
         act_on_masses(seen, tick);
-        if (block_) block_->evaluate(seen);
+        if (blocks_) blocks_->evaluate(seen);
     }
 
     // Do masses act on each other by springs only?
@@ -169,8 +169,8 @@ public:
 
     // Records impulses in this ledger from now on; it must outlive this.
     void set_ledger(work_ledger<S>& ledger) { ledger_ = &ledger; }
-    // From now on a block takes part in every step; it must outlive this.
-    void meet(rigid_block<S>& block) { block_ = &block; }
+    // From now on blocks take part in every step; they must outlive this.
+    void meet(rigid_blocks<S>& blocks) { blocks_ = &blocks; }
 
     // Changes the velocities after a kick of h by the effects' impulses, friction last: what it
     // stops stays.
@@ -180,10 +180,10 @@ public:
         for (const active_effect& active : active_)
             if (const auto face = passes.face[active.index])
                 recorded(masses, active.index, h, [&] { face(masses, active.params, h); });
-        if (block_) {
-            block_->kick(double(h));
+        if (blocks_) {
+            blocks_->kick(double(h));
             recorded(masses, effects::index_of<effects::friction>, h,
-                     [&] { block_->rub_masses(masses, double(h)); });
+                     [&] { blocks_->rub_masses(masses, double(h)); });
         }
         for (const active_effect& active : active_)
             if (active.index == effects::index_of<effects::friction>)
@@ -193,12 +193,12 @@ public:
                             slip(masses, contact.touching, contact.params, active.params, patches_,
                                  h);
                         });
-        if (block_) block_->rub_contacts(double(h));
+        if (blocks_) blocks_->rub_contacts(double(h));
     }
 
     // Moves what is not the body's for dt; `predicted` and `share` as the drift of the masses.
     void drift(double dt, bool predicted, double share) {
-        if (block_) block_->drift(dt, predicted, share);
+        if (blocks_) blocks_->drift(dt, predicted, share);
     }
 
     // The pushes of all contacts on the masses as they are at a time, without damping, [site].
@@ -359,7 +359,7 @@ private:
     int ticks_per_step_ = 1;
     std::vector<active_effect> active_;
     std::unique_ptr<self_contacts<S>> self_contacts_;  // null where no effect needs them
-    rigid_block<S>* block_ = nullptr;
+    rigid_blocks<S>* blocks_ = nullptr;
     work_ledger<S>* ledger_ = nullptr;
 };
 

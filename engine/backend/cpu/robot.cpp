@@ -64,7 +64,9 @@ public:
     bool advance(scratch& memory, deadline until, int64_t most) override;
     void place(const double* positions, const double* velocities) override;
     void state(scratch& memory, double* positions, double* velocities) override;
-    bool block(double* out) const override;
+    void block(int32_t which, double* out) const override {
+        solid::write_state(state_.blocks->at(which), state_.origin, between(), out);
+    }
     bool set_state(int32_t state, const double* values) override {
         return control_ && control_->set_state(state, values);
     }
@@ -115,7 +117,7 @@ void robot_run<S, compensated>::check_limits() {
         masses, S(options_.max_speed), S(coarse_speed(options_.edge, plan_.time_step)));
     if (breaks.coarse) outcome_.coarse = 1;
     const solid::breaks of_block =
-        state_.block ? state_.block->broken(options_.max_speed) : solid::breaks{false, false};
+        state_.blocks ? state_.blocks->broken(options_.max_speed) : solid::breaks{false, false};
     const bool nonfinite = breaks.nonfinite || of_block.nonfinite;
     const bool speed = breaks.speed || of_block.speed;
     const int32_t stretched =
@@ -129,7 +131,7 @@ void robot_run<S, compensated>::check_limits() {
 // finite.
 template <class S, bool compensated>
 bool robot_run<S, compensated>::take_tick() {
-    if (!control_->tick(step_, state_.origin, state_.block.get())) {
+    if (!control_->tick(step_, state_.origin, state_.blocks.get())) {
         outcome_.status = LIMAX_ROBOT_DIVERGED;
         outcome_.reason = LIMAX_CONTROL;
         return false;
@@ -145,7 +147,7 @@ void robot_run<S, compensated>::count_step() {
     outcome_.time = double(step_ - plan_.settle_steps) * plan_.time_step;
 }
 
-// Where the robot and its block are at t = 0, half way from there, and at the end.
+// Where the robot and its first block are at t = 0, half way from there, and at the end.
 template <class S, bool compensated>
 void robot_run<S, compensated>::mark_centers() {
     const int64_t moving = plan_.steps - plan_.settle_steps;
@@ -156,19 +158,21 @@ void robot_run<S, compensated>::mark_centers() {
     for (int mark = 0; mark < 3; ++mark) {
         if (step_ != at[mark]) continue;
         for (int axis = 0; axis < 3; ++axis) marks[mark][axis] = state_.center(axis);
+        if (!state_.blocks) continue;
         double of_block[LIMAX_BLOCK_STATE];
-        if (block(of_block)) std::copy_n(of_block, 3, block_marks[mark]);
+        block(0, of_block);
+        std::copy_n(of_block, 3, block_marks[mark]);
     }
 }
 
-// Records the last velocity and the tilt of the block.
+// Records the last velocity and the tilt of the first block.
 template <class S, bool compensated>
 void robot_run<S, compensated>::mark_block() {
-    const effects::vector<double> velocity = state_.block->velocity(between());
+    const effects::vector<double> velocity = solid::velocity(state_.blocks->at(0), between());
     outcome_.block_velocity[0] = velocity.x;
     outcome_.block_velocity[1] = velocity.y;
     outcome_.block_velocity[2] = velocity.z;
-    outcome_.block_upright = rotation_of(state_.block->points()).z.z;
+    outcome_.block_upright = rotation_of(state_.blocks->at(0).block.points).z.z;
 }
 
 template <class S, bool compensated>
@@ -202,7 +206,7 @@ bool robot_run<S, compensated>::advance(scratch& memory, deadline until, int64_t
             samples_->take(step_);
             if (step_ == plan_.steps) {
                 outcome_.status = LIMAX_ROBOT_DONE;
-                if (state_.block) mark_block();
+                if (state_.blocks) mark_block();
                 break;
             }
             if (ends) return false;
@@ -236,13 +240,6 @@ void robot_run<S, compensated>::state(scratch& memory, double* positions, double
     S* const velocity[3] = {masses.force[0], masses.force[1], masses.force[2]};
     stepper_->velocity_now(step_, begun_, velocity);
     state_.write(velocity, nullptr, velocities);
-}
-
-template <class S, bool compensated>
-bool robot_run<S, compensated>::block(double* out) const {
-    if (!state_.block) return false;
-    state_.block->write(state_.origin, between(), out);
-    return true;
 }
 
 }  // namespace

@@ -24,9 +24,9 @@ public:
     virtual void place(const double* positions, const double* velocities) = 0;
     // Positions and velocities at the current time in the world, [mass][3]; either may be null.
     virtual void state(scratch& memory, double* positions, double* velocities) = 0;
-    // Writes the state of the scene's rigid block at the current time, [LIMAX_BLOCK_STATE] as in
-    // limax.h; returns false if there is none.
-    virtual bool block(double* out) const = 0;
+    // Writes the state of a rigid block of the scene, from 0, at the current time,
+    // [LIMAX_BLOCK_STATE] as in limax.h.
+    virtual void block(int32_t which, double* out) const = 0;
     // Sets a state of the controller, [voxel]; returns false if the controller sets no such state.
     virtual bool set_state(int32_t state, const double* values) = 0;
     virtual const int32_t* sites() const = 0;

@@ -85,13 +85,13 @@ public:
     }
 
     // The tick at `step`. Returns false if the controller gave a value that is not finite.
-    bool tick(int64_t step, const double origin[3], const rigid_block<S>* block) {
+    bool tick(int64_t step, const double origin[3], const rigid_blocks<S>* blocks) {
         const int64_t number = (step - plan_.settle_steps) / plan_.tick;
         now_ = int(number & 1);
         tick_ = number;
         if (reads_contacts())
             forces_.static_pushes(pushes_, double(step - plan_.settle_steps) * plan_.time_step);
-        if (sensors::reads_body(law_.sensors)) sense_whole(origin, block);
+        if (sensors::reads_body(law_.sensors)) sense_whole(origin, blocks);
         bool finite = true;
         for (std::size_t first = 0; first < used_.size(); first += scripted_block) {
             const int count = int(std::min<std::size_t>(scripted_block, used_.size() - first));
@@ -173,7 +173,7 @@ private:
     S* input(int number) { return registers_.data() + int64_t(number) * scripted_block; }
 
     // Sensors of the body and the scene, the same for all voxels.
-    void sense_whole(const double origin[3], const rigid_block<S>* block) {
+    void sense_whole(const double origin[3], const rigid_blocks<S>* blocks) {
         const mass_arrays<S>& masses = columns_.masses;
         const lattice& grid = body_.grid;
         int64_t sums[sensors::body_sums] = {};
@@ -193,10 +193,10 @@ private:
         const scene& in = setup_.scene;
         sensors::surroundings around =
             sensors::surroundings_of(in, origin, double(tick_) / values_[control::at_rate]);
-        around.has_block = block != nullptr;
-        if (block) {
-            around.block = block->place();
-            around.block_velocity = block->read_velocity();
+        around.has_block = blocks != nullptr;
+        if (blocks) {
+            around.block = blocks->at(0).block.place;
+            around.block_velocity = blocks->at(0).block.read.velocity;
         }
         double out[sensors::measured - sensors::gravity];
         sensors::sense_body(

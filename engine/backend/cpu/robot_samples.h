@@ -106,10 +106,10 @@ private:
         if (step == tick_) now.of[work_muscles] = ended_power_;
         add_node_powers(state_.body, scene, seen, time_of(step), now);
         now.of[work_contact_damping] += state_.forces.power_of_pairs(velocity.data());
-        if (state_.block) {
+        if (state_.blocks) {
             now.of[work_contact_damping] +=
-                state_.block->contact_power(velocity.data(), between(step));
-            now.of[work_friction] += state_.block->friction_power();
+                state_.blocks->contact_power(velocity.data(), between(step));
+            now.of[work_friction] += state_.blocks->friction_power();
         }
         ledger_->add_impulse_powers(masses, now);
         ledger_->add(now, muscles_ahead, since > 0 ? plan_.time_step : 0.0);
@@ -135,8 +135,11 @@ private:
             case LIMAX_TRACE_LEDGER: record_ledger(step, out); break;
             case LIMAX_TRACE_BLOCK: {
                 double of_block[LIMAX_BLOCK_STATE];
-                state_.block->write(state_.origin, between(step), of_block);
-                std::copy_n(of_block, traces_.width(kind), out);
+                for (int i = 0; i < state_.blocks->count(); ++i) {
+                    solid::write_state(state_.blocks->at(i), state_.origin, between(step),
+                                       of_block);
+                    out = std::copy_n(of_block, solid::sample_width, out);
+                }
                 break;
             }
             case LIMAX_TRACE_ACTIVATION: control_->write_activations(step, out); break;
@@ -181,10 +184,10 @@ private:
         out[1] = energy.elastic + in_pairs - in_contacts;
         out[2] = in_contacts;
         out[3] = energy.gravitational;
-        if (state_.block) {
-            out[0] += state_.block->kinetic_energy(between(step));
-            out[2] += state_.block->contact_energy();
-            out[3] += state_.block->gravitational_energy(state_.origin);
+        if (state_.blocks) {
+            out[0] += state_.blocks->kinetic_energy(between(step));
+            out[2] += state_.blocks->contact_energy();
+            out[3] += state_.blocks->gravitational_energy(state_.origin);
         }
         std::copy_n(ledger_->works(), work_kinds, out + ledger_energies);
     }

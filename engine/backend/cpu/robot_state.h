@@ -1,4 +1,4 @@
-// robot_state.h: the state of one robot: masses, springs, rigid block, and the origin that its
+// robot_state.h: the state of one robot: masses, springs, rigid blocks, and the origin that its
 // coordinates are relative to. Initial state, placement, moves of the origin and reading. SI
 // units.
 #pragma once
@@ -25,8 +25,8 @@ struct robot_state {
     spring_body body;
     robot_columns<S, compensated> columns;
     robot_forces<S, compensated> forces;
-    std::unique_ptr<rigid_block<S>> block;  // null in a scene without one
-    double origin[3] = {0, 0, 0};           // m
+    std::unique_ptr<rigid_blocks<S>> blocks;  // null in a scene without any
+    double origin[3] = {0, 0, 0};             // m
 
     // The body where it starts. Muscles count time in ticks of `tick` seconds from t = 0.
     robot_state(const simulation_setup& shared_setup, spring_body of, const pass_table& passes,
@@ -36,7 +36,7 @@ struct robot_state {
           columns(body, shared_setup.options.integrator == LIMAX_LEAPFROG),
           forces(shared_setup.scene, body, passes, columns, tick) {
         put_down();
-        if (setup.scene.has(effects::index_of<effects::block>)) put_block();
+        if (setup.scene.has(effects::index_of<effects::block>)) put_blocks();
         follow_origin({0, 0, 0});
     }
     robot_state(const robot_state&) = delete;
@@ -138,18 +138,18 @@ private:
         }
     }
 
-    void put_block() {
+    void put_blocks() {
         double start[3];
         for (int axis = 0; axis < 3; ++axis)
             start[axis] = setup.options.position[axis] - origin[axis];
-        block = std::make_unique<rigid_block<S>>(setup.scene, body, start);
-        forces.meet(*block);
+        blocks = std::make_unique<rigid_blocks<S>>(setup.scene, body, start);
+        forces.meet(*blocks);
     }
 
     // The robot's own origin has moved by `shift`: what is not a mass follows.
     void follow_origin(const std::array<double, 3>& shift) {
         forces.follow(origin);
-        if (block) block->follow(origin, shift.data());
+        if (blocks) blocks->follow(origin, shift.data());
     }
 };
 

@@ -22,7 +22,7 @@ public:
     const int32_t* sites(int32_t robot) const override;
     void place(int32_t robot, const double* positions, const double* velocities) override;
     void state(int32_t robot, double* positions, double* velocities) override;
-    void block(int32_t robot, double* out) override;
+    void block(int32_t robot, int32_t which, double* out) override;
     void set_state(int32_t robot, int32_t state, const double* values) override;
     const char* describe() override;
 
@@ -134,8 +134,9 @@ void cpu_simulation::state(int32_t index, double* positions, double* velocities)
     simulated(index).state(*scratch_[0], positions, velocities);
 }
 
-void cpu_simulation::block(int32_t index, double* out) {
-    if (!simulated(index).block(out)) simulation::block(index, out);
+void cpu_simulation::block(int32_t index, int32_t which, double* out) {
+    require_block(setup_.scene, which);
+    simulated(index).block(which, out);
 }
 
 void cpu_simulation::set_state(int32_t index, int32_t state, const double* values) {

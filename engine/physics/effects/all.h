@@ -108,6 +108,12 @@ inline constexpr int most_instances = find_most_instances<E>();
 template <class E>
 inline constexpr bool repeatable = most_instances<E> != 1;
 
+// Whether instances stay in the order of adding.
+template <class E>
+inline constexpr bool keeps_order = requires {
+    E::keeps_order;
+};
+
 // Components of all fields of an effect.
 template <class E>
 LIMAX_LAW constexpr int count_components() {

@@ -1,7 +1,9 @@
-// block.h: a rigid box that a robot may push, carry or fall over: six degrees of freedom, one for
-// each robot. Gravity acts on it, every fixed contact of the scene acts on its corners, and masses
-// of the body inside it are pushed out through the nearest face, with the opposite force on it.
-// Friction acts on both. SI units. physics/rigid_body.h holds how it turns.
+// block.h: a rigid box that a robot may push, carry or fall over: six degrees of freedom. A scene
+// may have several, each once for each robot; they keep the order in which they are listed, since
+// sensors, outcomes and fitness read the first. Gravity acts on it, every fixed contact of the
+// scene acts on its corners, and masses of the body inside it are pushed out through the nearest
+// face, with the opposite force on it. Friction acts on both. SI units. physics/rigid_body.h holds
+// how it turns, physics/solid_pairs.h how blocks act on each other.
 //
 // A mass at depth d > 0 below the block's surface is pushed along the normal n there by
 //     N = max(0, k d - c w.n),   c = 2 zeta sqrt(k m_r),
@@ -17,10 +19,12 @@ namespace limax::effects {
 struct block {
     static constexpr const char* name = "block";
     static constexpr const char* summary =
-        "a rigid box that the body can push and carry; gravity, obstacles at its corners and "
-        "friction act on it";
+        "rigid boxes that the body can push and carry; gravity, obstacles at their corners, "
+        "friction and each other act on them";
     static constexpr unsigned needs = 0;
     static constexpr unsigned hooks = hook_solid | hook_bound;
+    static constexpr int most_instances = 4;
+    static constexpr bool keeps_order = true;
     static constexpr field fields[] = {
         {"size", "m", "edges along x, y, z", 3, 1e-3, 1000.0, {0.3, 0.5, 0.3}},
         {"position",

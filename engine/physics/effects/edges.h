@@ -1,4 +1,4 @@
-// edges.h: the edges and faces of the rigid block meet boxes, spheres and terrain, not only its
+// edges.h: the edges and faces of rigid blocks meet boxes, spheres and terrain, not only its
 // corners: a beam lies on two narrow posts. Law: physics/solid_edges.h. SI units.
 #pragma once
 
@@ -9,7 +9,7 @@ namespace limax::effects {
 struct edges {
     static constexpr const char* name = "edges";
     static constexpr const char* summary =
-        "edges and faces of the block meet boxes, spheres and terrain, not only its corners";
+        "edges and faces of blocks meet boxes, spheres and terrain, not only their corners";
     static constexpr unsigned needs = hook_solid;
     static constexpr unsigned hooks = 0;
     static constexpr const field* fields = nullptr;

@@ -35,9 +35,10 @@
 // time)` does the same for each evaluation of forces; params of such a contact have its
 // `surface_velocity`, m/s.
 // An effect that a scene may have several times declares `most_instances`; its laws see one
-// instance, whose params are made again when the origin moves. `const char* problem(values)`
-// reports invalid combinations of values that are each within range. If its params have a
-// `height_table table`, it is set to the scene's. engine/README.md shows a whole one.
+// instance, whose params are made again when the origin moves. Instances are sorted by their
+// values, or stay in the order of adding if it declares `keeps_order`. `const char*
+// problem(values)` reports invalid combinations of values that are each within range. If its params
+// have a `height_table table`, it is set to the scene's. engine/README.md shows a whole one.
 //
 // A hook is declared in `hooks`, and hooks_match() refuses, at compile time, a declared hook
 // without its law and a law without its declaration, so that a misspelt one cannot vanish. An

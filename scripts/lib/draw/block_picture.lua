@@ -1,12 +1,12 @@
---- block_picture.lua: the rigid block of a scene for figures: its corners in the world, m, and its
---- sides. Corners count from 1 by their bits, x lowest.
+--- block_picture.lua: the rigid blocks of a scene for figures: their corners in the world, m, and
+--- their sides. Corners count from 1 by their bits, x lowest.
 
 local polygon = require "limax.draw.picture.polygon"
 local skin = require "limax.draw.skin"
 
 local block_picture = {}
 
---- The block's name in a legend, and its colour.
+--- A block's name in a legend, and its colour.
 block_picture.letter, block_picture.hex = "block", "#b98b4f"
 
 --- The eight corners of a block with edges `size`, m, at a sample of the trace "block".
@@ -30,6 +30,18 @@ function block_picture.corners(sample, size)
     corners[corner + 1] = point
   end
   return corners
+end
+
+--- The corners of each block of a scene, if any, at a sample of its trace "block".
+---@param scene table its effects
+---@return number[][][]
+function block_picture.all(scene, trace, sample)
+  local blocks, list = scene.block or {}, {}
+  for k, block in ipairs(blocks) do
+    local row = trace[sample]:table()
+    list[k] = block_picture.corners(blocks[2] and row[k] or row, block.size)
+  end
+  return list
 end
 
 --- Its sides, as faces of a skin whose corners follow `before` other points.

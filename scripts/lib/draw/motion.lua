@@ -30,7 +30,7 @@ local ENOUGH = 20
 ---@field points number[][] of the masses: along, away, up, m
 ---@field middle number[] their mean
 ---@field base number m, the height that counts as 0 in a panel
----@field block number[][] the block's corners, if any
+---@field blocks number[][][] the corners of each block
 ---@field tints number[]|nil of each face, as by motion.tints
 
 ---@class limax.motion.film
@@ -150,8 +150,8 @@ end
 ---@param times number[] s, of the poses
 function motion.of(robot, times)
   local film, trace = motion.body(robot), robot:trace "position"
-  local block = robot.context.scene.block
-  local trace_block, activations = block and robot:trace "block", motion.activations(robot)
+  local scene, activations = robot.context.scene, motion.activations(robot)
+  local places = scene.block and robot:trace "block"
   film.stage = stage.new(film.world, axes_of(robot:displacement(),
     LEAST_DISPLACEMENT * robot:length(), film.world.up))
   -- with equal masses the middle of all is the centre of mass
@@ -160,9 +160,9 @@ function motion.of(robot, times)
     -- the nearest
     local sample = math.min(trace:size(), math.max(0, math.floor(time * trace.rate + 0.5)) + 1)
     local pose = { sample = sample, time = (sample - 1) / trace.rate,
-      points = turned(trace[sample]:table(), film), block = {} }
-    if block then
-      pose.block = turned(block_picture.corners(trace_block[sample]:table(), block.size), film)
+      points = turned(trace[sample]:table(), film), blocks = {} }
+    for b, corners in ipairs(block_picture.all(scene, places, sample)) do
+      pose.blocks[b] = turned(corners, film)
     end
     if activations then
       pose.tints = motion.tints(film, robot.body.voxel, activations[sample])
@@ -218,7 +218,7 @@ function motion.simulate(robot, options)
   for kind, rate in pairs(own) do
     if kind ~= "position" then record[kind] = rate end
   end
-  -- the block of the scene that is drawn, which may not be the robot's own
+  -- the blocks of the scene that is drawn, which may not be the robot's own
   local scene = options.scene or described.scene or {}
   record.block = scene.block and record.position or nil
   record.activation = scene.control and record.position or nil

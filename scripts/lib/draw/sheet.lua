@@ -55,7 +55,7 @@ local function entries_of(film, width, size)
       table.insert(entries, { square = film.colors[material.letter].hex, text = material.name })
     end
   end
-  if #film.poses[1].block > 0 then
+  if #film.poses[1].blocks > 0 then
     table.insert(entries, { square = block_picture.hex, text = block_picture.letter })
   end
   if world.has_solids(film.world) then

@@ -399,7 +399,7 @@ local function constant_text(robots)
   end
   if robots.scored_by.name == "carry" and all[first].fitness == 0 then
     return ("no robot of generation 0 moves scene.block: its position { %.6g, %.6g, %.6g } may be"
-      .. " out of reach"):format(unpack(robots.trials[1].scene.block.position))
+      .. " out of reach"):format(unpack(robots.trials[1].scene.block[1].position))
   end
   if not differ and #robots.ranked > 2 then
     return ("all %d scored robots of generation 0 have the same body and fitness: does the encoding"

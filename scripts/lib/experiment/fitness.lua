@@ -42,7 +42,7 @@ fitness.entries = {
   },
   carry = {
     unit = "m",
-    formula = "2 |b(T) - b(T/2)|, b the centre of the scene's block in the x-y plane",
+    formula = "2 |b(T) - b(T/2)|, b the centre of the scene's first block in the x-y plane",
     options = { axis = axis },
     record = no_traces,
   },
@@ -92,8 +92,8 @@ function fitness.walk(robot, options)
   return 2 * measured.distance(robot, "middle", options and options.axis)
 end
 
---- Twice the horizontal displacement of the scene's block in the run's second half, m, so that
---- falling against it once does not count. With `axis`, its signed part along x, y or z.
+--- Twice the horizontal displacement of the scene's first block in the run's second half, m, so
+--- that falling against it once does not count. With `axis`, its signed part along x, y or z.
 ---@param robot limax.scored_robot
 ---@param options? { axis?: "x"|"y"|"z" }
 ---@return number

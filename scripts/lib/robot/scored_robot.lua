@@ -300,7 +300,8 @@ end
 ---@field velocity number[] at the end, m/s
 ---@field tilt number angle between its own z axis and the world's at the end, rad
 
---- The motion of the scene's rigid block, with `from = "middle"` in the second half of the time.
+--- The motion of the scene's first rigid block, with `from = "middle"` in the second half of the
+--- time.
 ---@param options? { from?: "start"|"middle" }
 ---@return limax.robot.block
 function methods:block(options)

@@ -96,7 +96,7 @@ records.outcome = {
   { "muscle_work", "f8?", "positive work of the muscles", unit = "J" },
   { "strain", "f8?", "mean over springs and time", unit = "1" },
   { "strain_most", "f8?", "largest", unit = "1" },
-  { "block_start", "f8[3]?", "centre of the rigid block at t = 0", unit = "m" },
+  { "block_start", "f8[3]?", "centre of the first rigid block at t = 0", unit = "m" },
   { "block_middle", "f8[3]?", "likewise after half of the steps", unit = "m" },
   { "block_end", "f8[3]?", "likewise at the end", unit = "m" },
   { "block_velocity", "f8[3]?", "at the end", unit = "m/s" },

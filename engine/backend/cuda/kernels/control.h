@@ -157,7 +157,8 @@ __device__ inline int64_t part_of_body(int number, const corner& c, float mass,
         {double(site % grid.x), double(site / grid.x % grid.y), double(site / (grid.x * grid.y))});
 }
 
-// The inputs that are the same for all voxels. `block` is null in a scene without one.
+// The inputs that are the same for all voxels. `block` is the first one; null in a scene without
+// any.
 __device__ __noinline__ void sense_whole(const launch_arguments& launch, const robot_record& record,
                                          const int64_t sums[sensors::body_sums],
                                          const solid_record* block, real out[whole_inputs]) {
@@ -167,8 +168,8 @@ __device__ __noinline__ void sense_whole(const launch_arguments& launch, const r
         sensors::surroundings_of(in, record.origin, double(record.ticks) / rate);
     if constexpr (has_solid) {
         around.has_block = true;
-        around.block = fetched(block->block.place);
-        around.block_velocity = fetched(block->block.read.velocity);
+        around.block = fetched(block->body.block.place);
+        around.block_velocity = fetched(block->body.block.read.velocity);
     }
     double sensed[sensors::measured - sensors::gravity];
     sensors::sense_body(

@@ -125,7 +125,7 @@ struct grid_robot {
         add_masses(step, limited, part);
         if constexpr (has_solid)
             if (leads() && limited) {
-                const int broken = broken_by_solid(solid(), launch);
+                const int broken = broken_by_solids(solid(), launch);
                 part[sum_nonfinite] += broken & limit_nonfinite ? 1 : 0;
                 part[sum_speed] += broken & limit_speed ? 1 : 0;
             }
@@ -279,7 +279,7 @@ struct grid_robot {
             __syncthreads();
         }
         const solid_record* block_of_robot = nullptr;
-        if constexpr (has_solid) block_of_robot = &solid().record;
+        if constexpr (has_solid) block_of_robot = solid().records;
         if (thread == 0)
             sense_whole(launch, shared.record, shared.control.sums, block_of_robot,
                         shared.control.whole);
@@ -298,15 +298,15 @@ struct grid_robot {
 
     // ---- a step ----
 
-    // Returns a function that gives the solid's push on a mass.
-    __device__ auto pushes_of_solid() const {
+    // Returns a function that gives the solids' push on a mass.
+    __device__ auto pushes_of_solids() const {
         if constexpr (!has_solid) {
             return [](int, const mass_state&) { return effects::vector<real>{}; };
         } else {
             const robot_solid own = solid();
-            return [this, own, seen = fetched(own.record.seen)](int site, const mass_state& m) {
+            return [this, own, seen = seen_solids(own.records)](int site, const mass_state& m) {
                 bool touched;
-                return push_of_solid(own, launch, seen, site, m, touched);
+                return push_of_solids(own, launch, seen, site, m, touched);
             };
         }
     }
@@ -317,7 +317,7 @@ struct grid_robot {
             scripted_moment_at(launch, shared.record, shared.record.step + now.since_event);
         if constexpr (has_motion) move_contacts(params, launch.scene, moment.origin, moment.time);
         moved = false;
-        const auto push = pushes_of_solid();
+        const auto push = pushes_of_solids();
         each_tile([&](int tile) {
             const real* const seen = half(side);
             tile_forces(grid, launch, columns, seen, tile, moment_of(shared, now), shared);
@@ -366,12 +366,12 @@ struct grid_robot {
             [&] { wait(); });
     }
 
-    // The solid's own step, and what its friction does to the masses.
-    __device__ void step_solid(const loop_state& now) const {
+    // The solids' own step, and what their friction does to the masses.
+    __device__ void step_solids(const loop_state& now) const {
         const robot_record& record = shared.record;
         wait();
         if (block == 0 && thread < lanes)
-            limax::cuda::step_solid(
+            limax::cuda::step_solids(
                 solid(), launch, record.origin, time_of(record, record.step + now.since_event),
                 double(shared.times.h), !now.last(), record.time_step, double(shared.times.share));
         wait();
@@ -382,7 +382,7 @@ struct grid_robot {
         each_mass([&](int site, int) {
             mass_state m;
             recall(m, site, exchanged_corner(grid, half(side), site));
-            // one block wrote the velocities of all masses that touch the solid
+            // one block wrote the velocities of all masses that touch solids
             const auto velocity = [&](int axis) {
                 const real* const at = after + axis * sites() + site;
                 return has_solid ? __ldcg(at) : *at;

@@ -50,8 +50,9 @@ __device__ inline bool take_event(Robot& robot, int64_t step, loop_state& now) {
         if (step == record.next_sample[sample_contact]) robot.take_contact();
     if constexpr (has_solid)
         if (robot.leads())
-            note_solid(robot.solid().record, record, step, shared.shift,
-                       step % check_interval == 0 && shared.moved, robot.launch.solids.samples);
+            for (int b = 0; b < solids; ++b)
+                note_solid(robot.solid().records[b], b, record, step, shared.shift,
+                           step % check_interval == 0 && shared.moved, robot.launch.solids.samples);
     if constexpr (controlled)
         if (tick_due(record, step) && !robot.take_tick(step)) {
             if (threadIdx.x == 0) note_wild_control(record, step);
@@ -73,7 +74,7 @@ template <class Robot>
 __device__ inline void take_step(Robot& robot, const loop_state& now) {
     robot.kick_masses(now);
     if constexpr (has_faces) robot.push_faces(now);
-    if constexpr (has_solid) robot.step_solid(now);
+    if constexpr (has_solid) robot.step_solids(now);
     if constexpr (kicks_apart) robot.end_masses(now);
 }
 
@@ -88,8 +89,8 @@ __device__ inline void run_robot(Robot& robot) {
     follow_origin(robot.params, robot.launch.scene, record.origin, time_of(record, record.step));
     if constexpr (has_solid)
         if (robot.leads())
-            begin_solid(robot.solid(), robot.launch, record.begun, record.time_step,
-                        record.step == 0 ? 1.0 : 0.5);
+            begin_solids(robot.solid(), record.begun, record.time_step,
+                         record.step == 0 ? 1.0 : 0.5);
     loop_state now{record.begun, record.begun};
     robot.begin_masses();
     while (true) {

@@ -220,8 +220,8 @@ struct robot_in_preparation {
         });
     }
 
-    // The bound of the rigid block, which depends on the heaviest mass. Holds barriers.
-    __device__ void bound_solid() {
+    // The bound of the rigid blocks, which depends on the heaviest mass. Holds barriers.
+    __device__ void bound_solids() {
         __shared__ unsigned heaviest;  // kg, as bits
         if (threadIdx.x == 0) heaviest = 0;
         __syncthreads();
@@ -230,10 +230,11 @@ struct robot_in_preparation {
         });
         __syncthreads();
         if (threadIdx.x != 0) return;
-        least_step = bits_as<unsigned long long>(
-            smaller(bits_as<double>(least_step),
-                    stable_step_of_block(scene(), used_scheme(), launch.edge, prepared.masses,
-                                         double(bits_as<float>(heaviest)))));
+        for (int i = 0; i < scene().instances(effects::index_of<effects::block>); ++i)
+            least_step = bits_as<unsigned long long>(
+                smaller(bits_as<double>(least_step),
+                        stable_step_of_block(scene(), i, used_scheme(), launch.edge,
+                                             prepared.masses, double(bits_as<float>(heaviest)))));
     }
 };
 
@@ -262,7 +263,7 @@ extern "C" __global__ void __launch_bounds__(limax::cuda::prepare_threads)
     if constexpr (meets) robot.list_surface();
     robot.make_state();
     __syncthreads();
-    if constexpr (has_solid) robot.bound_solid();
+    if constexpr (has_solid) robot.bound_solids();
     if (threadIdx.x != 0) return;
     prepared.time_step_bound = bits_as<double>(least_step);
     launch.prepared[blockIdx.x] = prepared;

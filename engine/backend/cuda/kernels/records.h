@@ -6,7 +6,7 @@
 #include "physics/effects/all.h"
 #include "physics/origin.h"
 #include "physics/scripted/operations.h"
-#include "physics/solid_edges.h"
+#include "physics/solid_pairs.h"
 #include "physics/summary.h"
 
 namespace limax::cuda {
@@ -109,29 +109,34 @@ LIMAX_LAW constexpr int components_of(int effect) {
 }
 
 // Numbers of instances of effects that may be there several times, packed into one, and taken out
-// again: 8 bits for each such effect in the order of effects::all. An effect without hooks acts
-// between steps, where kernels count instances in scene_values.
+// again: as many bits for each such effect as its largest number has, in the order of effects::all.
+// An effect without hooks acts between steps, where kernels count instances in scene_values.
 template <class E>
-inline constexpr bool counted = effects::repeatable<E>&& E::hooks != 0;
+LIMAX_LAW constexpr int instances_bits() {
+    int bits = 0;
+    if (effects::repeatable<E> && E::hooks != 0)
+        for (int most = effects::most_instances<E>; most > 0; most /= 2) ++bits;
+    return bits;
+}
 template <class E>
 LIMAX_LAW constexpr int instances_shift() {
     int shift = 0, index = 0;
     effects::for_each([&]<class F>(F) {
-        if (index++ < effects::index_of<E> && counted<F>) shift += 8;
+        if (index++ < effects::index_of<E>) shift += instances_bits<F>();
     });
     return shift;
 }
 template <class E>
 LIMAX_LAW constexpr int instances_in(uint64_t code) {
-    constexpr int shift = instances_shift<E>();
-    static_assert(!counted<E> || shift < 64, "more effects than the code has room for");
-    return counted<E> ? int(code >> (shift & 63) & 255u) : 0;
+    constexpr int shift = instances_shift<E>(), bits = instances_bits<E>();
+    static_assert(shift + bits < 64, "more effects than the code has room for");
+    return int(code >> shift & ((uint64_t(1) << bits) - 1));
 }
 template <class Scene>
 LIMAX_LAW uint64_t instances_code(const Scene& scene) {
     uint64_t code = 0;
     effects::for_each([&]<class E>(E) {
-        if (counted<E>)
+        if (instances_bits<E>() > 0)
             code |= uint64_t(scene.instances(effects::index_of<E>)) << instances_shift<E>();
     });
     return code;
@@ -194,44 +199,58 @@ struct pair_lists {
 // Partners of a mass that fit in its list. A mass with more searches the whole surface.
 inline constexpr int most_partners = 24;
 
-// The rigid block of one robot: put in its place by the host, moved by the step kernel. It is
-// called "solid" in names, since a block is also one of threads.
+// A rigid block of one robot: put in its place by the host, moved by the step kernel. It is called
+// "solid" in names, since a block is also one of threads.
 struct solid_record {
-    solid::state block;
-    solid::moment moment;  // at the step under way
-    solid::view seen;      // the same as masses see it
-    double center[3][3];   // as in robot_record, of the block
-    int64_t every;         // steps between samples of its trace; 0 where nothing is recorded
-    int64_t offset;        // of its first sample, in doubles
-    int64_t taken;         // samples so far
+    solid::body body;
+    solid::view seen;     // as masses see it
+    double center[3][3];  // as in robot_record, of the block
+    int64_t every;        // steps between samples of its trace; 0 where nothing is recorded
+    int64_t offset;       // of its first sample, in doubles
+    int64_t taken;        // samples so far
 };
-// A mass that touches it.
+// A mass that touches solids of its robot.
 template <class R>
-struct solid_touch : solid::touch {
+struct touching_mass {
     double mass, inverse_mass;  // kg, 1/kg
     effects::vector<R> before;  // velocity before the kick and after it, m/s
     effects::vector<R> after;
 };
+// The same with how it touches each; all have its site, and one that it does not touch no push.
+template <class R, int solids>
+struct solid_touch : touching_mass<R> {
+    solid::touch of[solids];
+};
+// Its size in doubles.
+template <class R>
+LIMAX_LAW constexpr int doubles_of_touch(int solids) {
+    return (int(sizeof(touching_mass<R>)) + solids * int(sizeof(solid::touch))) / 8;
+}
 // Places of the block at fixed contacts: at each instance all eight corners, or with `edges` as
 // many as it may have.
 LIMAX_LAW constexpr int corners_of_solid(int contacts, bool edges) {
     return (edges ? solid::most_touches : 8) * contacts;
 }
 
+// Places of solids in each other.
+LIMAX_LAW constexpr int pairs_of_solids(int solids) {
+    return solids * (solids - 1) / 2 * solid::most_of_pair;
+}
+
 // The blocks of all robots; null in a scene without a block.
 template <class R>
 struct solid_columns {
-    solid_record* records;    // [robot]
-    uint32_t* marked;         // a bit for each mass that touches, [robot][marks_of(sites)]
-    solid_touch<R>* touches;  // of masses that touch, [robot][2][site]: by their site; listed
-    solid::touch* corners;    // [robot][corners_of_solid(contacts)]
-    R* after;                 // velocities after the kick, [robot][3][site]; on the grid path
-                              // those of grid_launch serve
-    double* samples;          // [sample][solid_width]
+    solid_record* records;     // [robot][solid]
+    uint32_t* marked;          // a bit for each mass that touches, [robot][marks_of(sites)]
+    double* touches;           // solid_touch<R> of masses that touch, [robot][2][site]: by their
+                               // site; listed
+    solid::touch* corners;     // [robot][solid][corners_of_solid(contacts)]
+    solid::pair_touch* pairs;  // [robot][pairs_of_solids()]
+    R* after;                  // velocities after the kick, [robot][3][site]; on the grid path
+                               // those of grid_launch serve
+    double* samples;           // [sample][solid][solid::sample_width]
 };
 LIMAX_LAW constexpr int marks_of(int64_t sites) { return int((sites + 31) / 32); }
-// Values of a sample of the block's trace: its centre and its quaternion.
-inline constexpr int solid_width = 7;
 
 // The arguments of the step kernel; R is the type of state and forces. Columns of robots are
 // `sites` elements apart.

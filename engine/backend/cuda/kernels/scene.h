@@ -73,6 +73,9 @@ inline constexpr int instances = !has<E>                  ? 0
                                  : effects::repeatable<E> ? instances_in<E>(LIMAX_INSTANCES)
                                                           : 1;
 
+// Rigid blocks of a robot. Kernels that state no instances count none.
+inline constexpr int solids = instances<effects::block> > 1 ? instances<effects::block> : 1;
+
 // Those of all instances; the ones that may be there several times are made here.
 template <class E,
           int count = effects::repeatable<E>&& effects::acts_on_masses<E> ? instances<E> : 0>

@@ -68,9 +68,9 @@ __device__ inline void sense_body(const launch_arguments& launch, block_memory& 
     }
     const solid_record* block = nullptr;
     if constexpr (has_solid)
-        block = &solid_of(launch, robot_of(launch), sites,
-                          launch.solids.after + robot_of(launch) * 3 * sites)
-                     .record;
+        block = solid_of(launch, robot_of(launch), sites,
+                         launch.solids.after + robot_of(launch) * 3 * sites)
+                    .records;
     if (threadIdx.x == 0)
         sense_whole(launch, record, shared.control.sums, block, shared.control.whole);
     __syncthreads();
@@ -118,7 +118,7 @@ struct block_robot {
     real next_velocity[cell_rounds][3];
     scene_params params;
     bool moved = false;  // a mass has moved so far that contact lists are out of date
-    // bits of rounds: in which this thread has a cell, and whose mass touches the solid
+    // bits of rounds: in which this thread has a cell, and whose mass touches a solid
     unsigned present = 0, touching = 0;
 
     __device__ block_robot(const launch_arguments& arguments, block_memory& memory)
@@ -234,7 +234,7 @@ struct block_robot {
         each_mass([&](int k) { broken |= broken_by_mass(mass[k], launch, coarse); });
         if (cells.stretched(launch, shared)) broken |= limit_stretch;
         if constexpr (has_solid)
-            if (leads()) broken |= broken_by_solid(solid(), launch);
+            if (leads()) broken |= broken_by_solids(solid(), launch);
         return broken;
     }
 
@@ -311,16 +311,16 @@ struct block_robot {
 
     // ---- a step ----
 
-    // Returns a function that gives the solid's push on mass k of this thread.
-    __device__ auto pushes_of_solid() {
+    // Returns a function that gives the solids' push on mass k of this thread.
+    __device__ auto pushes_of_solids() {
         if constexpr (!has_solid) {
             return [](int) { return effects::vector<real>{}; };
         } else {
             const robot_solid own = solid();
-            return [this, own, seen = fetched(own.record.seen)](int k) {
+            return [this, own, seen = seen_solids(own.records)](int k) {
                 bool touched;
                 const auto push =
-                    push_of_solid(own, launch, seen, site_at(cells.place[k]), mass[k], touched);
+                    push_of_solids(own, launch, seen, site_at(cells.place[k]), mass[k], touched);
                 touching |= unsigned(touched) << k;
                 return push;
             };
@@ -356,7 +356,7 @@ struct block_robot {
                 end_step(k);
             });
         } else {
-            const auto push = pushes_of_solid();
+            const auto push = pushes_of_solids();
             each_mass([&](int k) {
                 kick_mass(mass[k], force_on(own[k], cells.place[k], shared), met[k], push(k),
                           params, moment, shared.times.h, next_velocity[k]);
@@ -385,8 +385,8 @@ struct block_robot {
             [] { meet_cluster(); });
     }
 
-    // The solid's own step, and what its friction does to the masses.
-    __device__ void step_solid(const loop_state& now) {
+    // The solids' own step, and what their friction does to the masses.
+    __device__ void step_solids(const loop_state& now) {
         const robot_record& record = shared.record;
         const robot_solid own = solid();
         const auto each_touching = [&](const auto& visit) {
@@ -399,7 +399,7 @@ struct block_robot {
         each_touching([](real& there, real& here) { there = here; });
         meet_cluster();
         if (rank == 0 && thread < lanes)
-            limax::cuda::step_solid(
+            limax::cuda::step_solids(
                 own, launch, record.origin, time_of(record, record.step + now.since_event),
                 double(shared.times.h), !now.last(), record.time_step, double(shared.times.share));
         meet_cluster();

@@ -270,11 +270,17 @@ scene_kernels::robot_memory scene_kernels::memory_of_robot() const {
         effects::for_each([&]<class E>(E) {
             if (effects::is_contact<E>) contacts += setup_->scene.instances(effects::index_of<E>);
         });
-        memory.solids = 1;
+        const int solids = setup_->scene.instances(effects::index_of<effects::block>);
+        memory.solids = std::size_t(solids);
         memory.solid_marks = std::size_t(marks_of(int64_t(sites)));
-        memory.solid_touches = 2 * sites;
+        memory.solid_touches = 2 * sites *
+                               std::size_t(setup_->options.precision == LIMAX_DOUBLE
+                                               ? doubles_of_touch<double>(solids)
+                                               : doubles_of_touch<float>(solids));
         memory.solid_corners = std::size_t(
+            solids *
             corners_of_solid(contacts, setup_->scene.has(effects::index_of<effects::edges>)));
+        memory.solid_pairs = std::size_t(pairs_of_solids(solids));
         if (!on_grid_) memory.solid_after = 3 * sites;
     }
     return memory;

@@ -52,7 +52,7 @@ public:
         std::size_t control = 0, genes = 0, muscles = 0;                  // of control_memory
         // of solid_columns, where there is a solid
         std::size_t solids = 0, solid_marks = 0, solid_touches = 0, solid_corners = 0,
-                    solid_after = 0;
+                    solid_pairs = 0, solid_after = 0;
     };
     robot_memory memory_of_robot() const;
     // Robots that one launch of the grid path steps.

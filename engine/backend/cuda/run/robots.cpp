@@ -60,7 +60,7 @@ public:
     const int32_t* sites(int32_t robot) override;
     void place(int32_t robot, const double* positions, const double* velocities) override;
     void state(int32_t robot, double* positions, double* velocities) override;
-    void block(int32_t robot, double* out) override;
+    void block(int32_t robot, int32_t which, double* out) override;
     std::string describe() override;
 
 private:
@@ -81,26 +81,36 @@ private:
     void launch_steps(step_launch<R> launch, const measure_launch<R>& measure);
     void step_robots(const step_launch<R>& launch);
     int64_t most_steps_left() const;
-    // Kinds of traces are those of limax_trace_kind: the block's is in its own record, and no
+    // Kinds of traces are those of limax_trace_kind: that of blocks is in their own records, and no
     // GPU has the ledger's.
     bool takes(int32_t kind) const {
         return kind < sample_kinds || (kind == LIMAX_TRACE_BLOCK && scene_.has_solid);
     }
     int64_t taken(std::size_t local, int32_t kind) const {
         if (!takes(kind)) return 0;
-        return kind == LIMAX_TRACE_BLOCK ? solid_records_[local].taken
-                                         : records_[local].taken[kind];
+        return kind == LIMAX_TRACE_BLOCK ? first_solid(local)->taken : records_[local].taken[kind];
     }
-    int64_t& offset(std::size_t local, int32_t kind) {
-        return kind == LIMAX_TRACE_BLOCK ? solid_records_[local].offset
+    int64_t offset(std::size_t local, int32_t kind) const {
+        return kind == LIMAX_TRACE_BLOCK ? first_solid(local)->offset
                                          : records_[local].offset[kind];
+    }
+    void set_offset(std::size_t local, int32_t kind, int64_t offset) {
+        if (kind != LIMAX_TRACE_BLOCK) records_[local].offset[kind] = offset;
+        for (int i = 0; kind == LIMAX_TRACE_BLOCK && i < solids(); ++i)
+            first_solid(local)[i].offset = offset;
+    }
+    // Rigid blocks of a robot, and the record of its first.
+    int solids() const { return setup_.scene.instances(effects::index_of<effects::block>); }
+    solid_record* first_solid(std::size_t local) { return &solid_records_[local * solids()]; }
+    const solid_record* first_solid(std::size_t local) const {
+        return &solid_records_[local * solids()];
     }
     template <class Visit>
     void each_kind(const Visit& visit) const {
         for (int32_t kind = 0; kind < LIMAX_TRACE_KINDS; ++kind)
             if (takes(kind)) visit(kind);
     }
-    void put_block(std::size_t local, const schedule& plan);
+    void put_blocks(std::size_t local, const schedule& plan);
     // Whether a robot's velocities at t_n are half way between those before and after the kick: at
     // n = 0, and at every step of symplectic Euler, u is the velocity at t_n.
     bool between(const robot_record& record) const {
@@ -143,8 +153,9 @@ private:
     std::vector<R> saved_control_;  // what control_ held before sleep()
     device_memory<solid_record> solids_;
     device_memory<uint32_t> solid_marks_;
-    device_memory<solid_touch<R>> solid_touches_;
+    device_memory<double> solid_touches_;  // as in solid_columns
     device_memory<solid::touch> solid_corners_;
+    device_memory<solid::pair_touch> solid_pairs_;
     device_memory<R> solid_after_;
     device_memory<double> device_samples_[LIMAX_TRACE_KINDS];
     device_memory<trace_summary> device_summaries_;
@@ -176,7 +187,7 @@ void robots_on_gpu<R>::wake() {
         }
         lay_out_samples();
         device_records_.upload(records_.data(), count, stream_);
-        if (scene_.has_solid) solids_.upload(solid_records_.data(), count, stream_);
+        if (scene_.has_solid) solids_.upload(solid_records_.data(), solid_records_.size(), stream_);
         stream_.synchronize("preparing robots");
     } catch (...) {
         wait();
@@ -244,7 +255,7 @@ void robots_on_gpu<R>::plan_robots(const pinned<prepared_robot>& made) {
     records_ = pinned<robot_record>(gpu_, count, format("the records of %zu robots", count));
     if (scene_.has_solid)
         solid_records_ =
-            pinned<solid_record>(gpu_, count, format("the blocks of %zu robots", count));
+            pinned<solid_record>(gpu_, count * solids(), format("the blocks of %zu robots", count));
     summaries_ = pinned<trace_summary>(gpu_, count, "the summaries of traces");
     mass_sites_.resize(count);
     plans_.resize(count);
@@ -296,7 +307,7 @@ void robots_on_gpu<R>::plan_robot(std::size_t local, const prepared_robot& prepa
     }
     for (int axis = 0; axis < 3; ++axis)
         record.origin[axis] = whole_origin_steps(options.position[axis]);
-    if (scene_.has_solid) put_block(local, plan);
+    if (scene_.has_solid) put_blocks(local, plan);
 
     outcome.status = LIMAX_ROBOT_RUNNING;
     outcome.steps = plan.steps;
@@ -307,20 +318,21 @@ void robots_on_gpu<R>::plan_robot(std::size_t local, const prepared_robot& prepa
     outcome.mass = prepared.total_mass;
 }
 
-// Puts a robot's block where it starts.
+// Puts a robot's blocks where they start.
 template <class R>
-void robots_on_gpu<R>::put_block(std::size_t local, const schedule& plan) {
+void robots_on_gpu<R>::put_blocks(std::size_t local, const schedule& plan) {
     const limax_simulation_options& options = setup_.options;
-    const double* values = setup_.scene.values(effects::index_of<effects::block>);
     double start[3];
     for (int axis = 0; axis < 3; ++axis)
         start[axis] = options.position[axis] - records_[local].origin[axis];
-    const auto law = effects::block::make<double>(values, start);
-    solid_record& solid = solid_records_[local];
-    solid = {};
-    solid.block = solid::placed(law, inertia_of_box(law.half, law.mass), values, start);
-    for (double(&center)[3] : solid.center) std::fill_n(center, 3, std::nan(""));
-    solid.every = plan.every[LIMAX_TRACE_BLOCK];
+    for (int i = 0; i < solids(); ++i) {
+        solid_record& solid = first_solid(local)[i];
+        solid = {};
+        solid.body =
+            solid::placed(i, setup_.scene.values(effects::index_of<effects::block>, i), start);
+        for (double(&center)[3] : solid.center) std::fill_n(center, 3, std::nan(""));
+        solid.every = plan.every[LIMAX_TRACE_BLOCK];
+    }
 }
 
 // Sites of a robot's masses, [mass].

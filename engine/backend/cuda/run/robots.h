@@ -33,7 +33,7 @@ public:
     virtual const int32_t* sites(int32_t robot) = 0;               // [mass]
     virtual void place(int32_t robot, const double* positions, const double* velocities) = 0;
     virtual void state(int32_t robot, double* positions, double* velocities) = 0;
-    virtual void block(int32_t robot, double* out) = 0;  // [LIMAX_BLOCK_STATE]
+    virtual void block(int32_t robot, int32_t which, double* out) = 0;  // [LIMAX_BLOCK_STATE]
     // JSON object: the kernel that steps them, where it came from, what it takes.
     virtual std::string describe() = 0;
 };

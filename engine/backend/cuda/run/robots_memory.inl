@@ -15,8 +15,8 @@ void robots_on_gpu<R>::release() {
     const auto free = [](auto&... memory) { ((memory = std::decay_t<decltype(memory)>()), ...); };
     free(device_records_, device_running_, device_ranks_, device_cells_, mass_, springs_, state_,
          exchange_, sums_, arrived_, faces_, after_, surface_, partners_, listed_at_, moved_,
-         solids_, solid_marks_, solid_touches_, solid_corners_, solid_after_, heights_, control_,
-         genes_, muscles_, device_summaries_);
+         solids_, solid_marks_, solid_touches_, solid_corners_, solid_pairs_, solid_after_,
+         heights_, control_, genes_, muscles_, device_summaries_);
     for (device_memory<double>& samples : device_samples_) free(samples);
 }
 
@@ -60,6 +60,7 @@ void robots_on_gpu<R>::allocate(std::size_t count) {
     solid_marks_.clear(stream_);
     of_each(solid_touches_, memory.solid_touches, "the blocks");
     of_each(solid_corners_, memory.solid_corners, "the blocks");
+    of_each(solid_pairs_, memory.solid_pairs, "the blocks");
     of_each(solid_after_, memory.solid_after, "the blocks");
     of_each(control_, memory.control, "the controllers");
     control_.clear(stream_);
@@ -91,7 +92,7 @@ void robots_on_gpu<R>::lay_out_samples() {
     each_kind([&](int32_t kind) {
         int64_t size = 0;
         for (std::size_t i = 0; i < robots_.size(); ++i) {
-            offset(i, kind) = size;
+            set_offset(i, kind, size);
             size += plans_[i].samples[kind] *
                     trace_width(kind, records_[i].masses, setup_.grid.voxels(), setup_.scene);
         }

@@ -48,8 +48,8 @@ void robots_on_gpu<R>::place(int32_t robot, const double* positions, const doubl
         record.origin[axis] = origin;
     }
     if (scene_.has_solid) {
-        solid::follow(solid_records_[local].block, shift);
-        solids_.upload(&solid_records_[local], 1, stream_, local);
+        for (int i = 0; i < solids(); ++i) solid::follow(first_solid(local)[i].body.block, shift);
+        solids_.upload(first_solid(local), solids(), stream_, local * solids());
     }
     std::vector<R> state(scene_.state_columns * sites_);
     state_.download(state.data(), state.size(), stream_, local * state.size());
@@ -94,15 +94,11 @@ void robots_on_gpu<R>::state(int32_t robot, double* positions, double* velocitie
 }
 
 template <class R>
-void robots_on_gpu<R>::block(int32_t robot, double* out) {
+void robots_on_gpu<R>::block(int32_t robot, int32_t which, double* out) {
     wake();
     const std::size_t local = std::size_t(local_[robot]);
     const robot_record& record = records_[local];
-    const solid::state& block = solid_records_[local].block;
-    const auto law = effects::block::make<double>(
-        setup_.scene.values(effects::index_of<effects::block>), record.origin);
-    const bool halved = between(record);
-    solid::write_state(block, inertia_of_box(law.half, law.mass), record.origin, halved, out);
+    solid::write_state(first_solid(local)[which].body, record.origin, between(record), out);
 }
 
 template <class R>

@@ -103,9 +103,13 @@ void robots_on_gpu<R>::enqueue_slice(int64_t most) {
     launch.state = state_.data();
     launch.faces = faces_.data();
     launch.pairs = {surface_.data(), partners_.data(), listed_at_.data(), moved_.data()};
-    launch.solids = {solids_.data(),        solid_marks_.data(),
-                     solid_touches_.data(), solid_corners_.data(),
-                     solid_after_.data(),   device_samples_[LIMAX_TRACE_BLOCK].data()};
+    launch.solids = {solids_.data(),
+                     solid_marks_.data(),
+                     solid_touches_.data(),
+                     solid_corners_.data(),
+                     solid_pairs_.data(),
+                     solid_after_.data(),
+                     device_samples_[LIMAX_TRACE_BLOCK].data()};
     launch.control = {control_.data(), genes_.data(), muscles_.data()};
     measure_launch<R> measure = scene_.template measure_arguments<R>();
     measure.records = launch.records;
@@ -165,20 +169,20 @@ void robots_on_gpu<R>::take_records() {
     std::erase_if(running_, [&](int32_t i) { return records_[i].status != robot_running; });
 }
 
-// The block's part of an outcome, complete once the robot is done.
+// The first block's part of an outcome, complete once the robot is done.
 template <class R>
 void robots_on_gpu<R>::write_block_outcome(std::size_t local, limax_outcome& outcome) const {
-    const solid_record& solid = solid_records_[local];
+    const solid_record& solid = *first_solid(local);
     const robot_record& record = records_[local];
     std::copy_n(solid.center[0], 3, outcome.block_start);
     std::copy_n(solid.center[1], 3, outcome.block_middle);
     std::copy_n(solid.center[2], 3, outcome.block_end);
     if (record.status != robot_done) return;
-    const solid::vector v = solid::velocity(solid.block, between(record));
+    const solid::vector v = solid::velocity(solid.body, between(record));
     outcome.block_velocity[0] = v.x;
     outcome.block_velocity[1] = v.y;
     outcome.block_velocity[2] = v.z;
-    outcome.block_upright = rotation_of(solid.block.points).z.z;
+    outcome.block_upright = rotation_of(solid.body.block.points).z.z;
 }
 
 template <class R>

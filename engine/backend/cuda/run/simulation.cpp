@@ -116,7 +116,7 @@ public:
     const int32_t* sites(int32_t robot) const override;
     void place(int32_t robot, const double* positions, const double* velocities) override;
     void state(int32_t robot, double* positions, double* velocities) override;
-    void block(int32_t robot, double* out) override;
+    void block(int32_t robot, int32_t which, double* out) override;
     const char* describe() override;
 
 private:
@@ -233,9 +233,9 @@ void cuda_simulation::state(int32_t robot, double* positions, double* velocities
     simulated(robot).state(robot, positions, velocities);
 }
 
-void cuda_simulation::block(int32_t robot, double* out) {
-    if (!setup_.scene.has(effects::index_of<effects::block>)) simulation::block(robot, out);
-    simulated(robot).block(robot, out);
+void cuda_simulation::block(int32_t robot, int32_t which, double* out) {
+    require_block(setup_.scene, which);
+    simulated(robot).block(robot, which, out);
 }
 
 const char* cuda_simulation::describe() {

@@ -60,7 +60,7 @@ local function sort_by_depth(list, sight)
 end
 
 --- All pieces, the farthest first.
----@param items limax.picture.item[] of the world and of the block
+---@param items limax.picture.item[] of the world and of blocks
 ---@param faces limax.picture.polygon[] small ones that are turned to the viewer
 ---@param sight number[] away from the viewer
 function order.sorted(items, faces, sight)

@@ -49,20 +49,22 @@ local function from_middle(pose, p)
   return { p[1] - pose.middle[1], p[2] - pose.middle[2], p[3] - pose.base }
 end
 
--- Calls `take` for the points of all poses seen from their middles. Those of the block are moved
--- into a box, without which they are left out.
+-- Calls `take` for the points of all poses seen from their middles. Those of blocks are moved into
+-- a box, without which they are left out.
 local function each_point(film, take, low, high)
   for _, pose in ipairs(film.poses) do
     for _, p in ipairs(pose.points) do take(from_middle(pose, p)) end
-    for _, p in ipairs(low and pose.block or {}) do
-      local at = from_middle(pose, p)
-      for c = 1, 3 do at[c] = math.min(math.max(at[c], low[c]), high[c]) end
-      take(at)
+    for _, block in ipairs(low and pose.blocks or {}) do
+      for _, p in ipairs(block) do
+        local at = from_middle(pose, p)
+        for c = 1, 3 do at[c] = math.min(math.max(at[c], low[c]), high[c]) end
+        take(at)
+      end
     end
   end
 end
 
--- The extent of the bodies of all poses around the middle, and of the block if it is near.
+-- The extent of the bodies of all poses around the middle, and of blocks that are near.
 local function reach_of(film)
   local low, high, take = polygon.bounds(3)
   each_point(film, take)
@@ -173,9 +175,12 @@ end
 ---@param thin number px, the lines between faces
 ---@param pose? limax.motion.pose without one only what does not move is drawn
 function scene.draw_solids(canvas, film, slab, view, place, thin, pose)
-  local block = pose and #pose.block > 0 and block_picture.spaces(pose.block) or nil
+  local blocks = {}
+  for b, corners in ipairs(pose and pose.blocks or {}) do
+    blocks[b] = block_picture.spaces(corners)
+  end
   local items, veils, faces = stage.pieces(film.stage, slab, pose and pose.time, view.sight,
-    block, block_picture.hex)
+    blocks, block_picture.hex)
   local function paint(piece, opacity)
     local points = {}
     for k, p in ipairs(piece.points) do points[k] = place(p) end
@@ -212,7 +217,7 @@ function scene.draw(canvas, film, frame, pose, k)
     draw_ground(canvas, film, slab, place)
     if view.shadow then
       draw_shadow(canvas, film, pose.points, place)
-      if #pose.block > 0 then draw_shadow(canvas, film, pose.block, place) end
+      for _, block in ipairs(pose.blocks) do draw_shadow(canvas, film, block, place) end
     end
   end
   scene.draw_solids(canvas, film, slab, view, place, math.max(0.5, frame.panel / 600), pose)

@@ -1,4 +1,4 @@
---- stage.lua: the part of a world around a pose, as pieces to paint: boxes, the block, spheres,
+--- stage.lua: the part of a world around a pose, as pieces to paint: boxes, blocks, spheres,
 --- planes and terrain, cut to a slab of space. Metres, along, away, up.
 
 local palette = require "limax.draw.palette"
@@ -248,15 +248,16 @@ local function sheets_of(self, within, open, context)
   return sheets
 end
 
---- The pieces of the world that are visible in a slab, and the block where it is at that moment.
+--- The pieces of the world that are visible in a slab, and blocks where they are at that moment.
 ---@param time? number s, of what moves and of targets that come one after the other; without it
 --- these are left out
 ---@param sight? number[] away from the viewer, who does not see the backs of things; without it all
 --- sides are returned
+---@param blocks? limax.picture.space[][] half-spaces of each
 ---@return limax.picture.item[] items for order.new
 ---@return limax.picture.polygon[] veils planes seen from behind: they are in front of all
 ---@return limax.picture.polygon[] patches of terrain
-function stage.pieces(self, slab, time, sight, block, block_hex)
+function stage.pieces(self, slab, time, sight, blocks, block_hex)
   local center, reach = middle_of(slab)
   local context = { sight = sight, center = center, reach = reach }
   local within, open = spaces_of(slab.low, slab.high), open_of(self)
@@ -284,7 +285,9 @@ function stage.pieces(self, slab, time, sight, block, block_hex)
     end
     add_sphere(items, sphere, inside and open or joined(within, open), context)
   end
-  if block then add_solid(items, block, context, block_hex, skin.ink) end
+  for _, block in ipairs(blocks or {}) do
+    add_solid(items, block, context, block_hex, skin.ink)
+  end
   return items, veils, self.terrain and terrain.patches(self, slab, within, sight) or {}
 end
 

@@ -26,7 +26,9 @@ local function span_of(film)
   local low, high, add = polygon.bounds(3)
   for _, pose in ipairs(film.poses) do
     for _, p in ipairs(pose.points) do add(p) end
-    for _, p in ipairs(pose.block) do add(p) end
+    for _, block in ipairs(pose.blocks) do
+      for _, p in ipairs(block) do add(p) end
+    end
   end
   for _, p in ipairs(film.path) do add(p) end
   return low, high
@@ -107,7 +109,7 @@ function track.draw(canvas, film, layout, top, size)
   end
   if film.stage.ground then draw_ruler(canvas, film, layout, place, size) end
   for k, pose in ipairs(film.poses) do
-    if #pose.block > 0 then ghost(pose.block, k, block_picture.hex) end
+    for _, block in ipairs(pose.blocks) do ghost(block, k, block_picture.hex) end
     ghost(pose.points, k, GHOST)
   end
   local trail = {}

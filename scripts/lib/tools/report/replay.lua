@@ -29,7 +29,7 @@ local PATCHES, MOST_RULES = 32, 200
 ---@field rate number Hz
 ---@field samples integer
 ---@field masses integer
----@field body integer of them, the body's own; the corners of the scene's block follow
+---@field body integer of them, the body's own; the corners of the scene's blocks follow
 ---@field step number m
 ---@field world limax.report.world
 ---@field corners integer[] masses from 0, four for each face
@@ -160,18 +160,22 @@ local function world_of(around, samples, rate)
     target = target and world.target_hex }
 end
 
--- Adds the corners of the scene's block to every sample, and its sides.
-local function add_block(result, samples, path, stride, size)
+-- Adds the corners of the scene's blocks to every sample, and their sides.
+local function add_blocks(result, samples, scene, path, stride)
   for k, values in ipairs(samples) do
-    for _, corner in ipairs(block_picture.corners(path[(k - 1) * stride + 1]:table(), size)) do
-      for c = 1, 3 do values[#values + 1] = corner[c] end
+    for _, corners in ipairs(block_picture.all(scene, path, (k - 1) * stride + 1)) do
+      for _, corner in ipairs(corners) do
+        for c = 1, 3 do values[#values + 1] = corner[c] end
+      end
     end
   end
   table.insert(result.names, block_picture.letter)
   table.insert(result.colors, block_picture.hex)
-  for _, face in ipairs(block_picture.faces(result.body)) do
-    for _, corner in ipairs(face.corners) do table.insert(result.corners, corner - 1) end
-    table.insert(result.materials, #result.names - 1)
+  for before = result.body, #samples[1] / 3 - 1, 8 do
+    for _, face in ipairs(block_picture.faces(before)) do
+      for _, corner in ipairs(face.corners) do table.insert(result.corners, corner - 1) end
+      table.insert(result.materials, #result.names - 1)
+    end
   end
 end
 
@@ -201,7 +205,7 @@ local function tints_of(result, walked, body, stride)
   if not activations then return nil end
   for s = 1, activations:size(), stride do
     local tints = motion.tints(body, walked.body.voxel, activations[s])
-    -- those of a block follow
+    -- those of blocks follow
     for f = 1, #result.materials do
       list[#list + 1] = math.floor(100 * (tints[f] or 1) + 0.5)
     end
@@ -211,8 +215,7 @@ end
 
 --- The replay of a robot that motion.simulate has simulated.
 function replay.of(walked)
-  local trace, body, block = walked:trace "position", motion.body(walked),
-    walked.context.scene.block
+  local trace, body, scene = walked:trace "position", motion.body(walked), walked.context.scene
   local result = { step = STEP, corners = {}, materials = {}, names = {}, colors = {} }
   local masses = add_faces(result, body)
   local stride = math.max(1, math.floor(trace.rate / RATE))
@@ -221,7 +224,7 @@ function replay.of(walked)
   local samples = samples_of(trace, masses, stride)
   result.rate, result.samples, result.body = trace.rate / stride, #samples, #masses
   result.world = world_of(body.world, samples, result.rate)
-  if block then add_block(result, samples, walked:trace "block", stride, block.size) end
+  if scene.block then add_blocks(result, samples, scene, walked:trace "block", stride) end
   result.tints = tints_of(result, walked, body, stride)
   result.masses, result.steps = #samples[1] / 3, steps_of(samples)
   return result

@@ -1,14 +1,14 @@
-// kernel_masses_test.cpp: what a kernel does to a mass, and to the block, at a step is what the CPU
+// kernel_masses_test.cpp: what a kernel does to a mass, and to blocks, at a step is what the CPU
 // does, bit for bit, with every effect at once. The kernels' text is compiled here for the host, so
 // that no GPU is needed. SI units.
 #include <doctest/doctest.h>
 
-#include "backend/cpu/rigid_block.h"
+#include "backend/cpu/rigid_blocks.h"
 #include "stage.h"
 
-// two planes, two boxes, one of each other kind; double; leapfrog
+// two planes, boxes and blocks, one of each other kind; double; leapfrog
 #define LIMAX_EFFECTS ((1u << limax::effects::all::count) - 1)
-#define LIMAX_INSTANCES 0x10101020102ull
+#define LIMAX_INSTANCES 0x2450822ull
 #define LIMAX_PRECISION 2
 #define LIMAX_LEAPFROG 1
 // two scripted effects: what kernel_text() makes of `scripted_laws`, one after the other
@@ -62,6 +62,12 @@ scene every_scene() {
     made.set("spheres", "center", {0.1, 0.2, 0.3}).set("spheres", "radius", {0.6});
     made.set("boxes", "from", {-0.5, -0.5, -0.5}).set("boxes", "to", {0.4, 0.3, 0.2});
     made.effects({"boxes"}).set("boxes", "from", {0.4, -1, -1}).set("boxes", "to", {1, 1, 0.4});
+    // into the contacts and each other, and turning
+    made.set("block", "position", {-0.3, -0.2, -0.05}).set("block", "spin", {1, -2, 3});
+    made.effects({"block"}).set("block", "position", {-0.2, -0.1, -0.1});
+    made.set("block", "size", {0.4, 0.3, 0.5})
+        .set("block", "mass", {2})
+        .set("block", "spin", {-1, 0, 2});
     made.set("moving_boxes", "from", {0.1, -0.6, -0.2}).set("moving_boxes", "to", {0.6, 0, 0.3});
     made.set("moving_boxes", "velocity", {-0.5, 0.2, 0.1}).set("moving_boxes", "turns", {0.2});
     made.set("moving_spheres", "center", {-0.2, 0.3, -0.1});
@@ -195,43 +201,50 @@ void run_passes(const scene& scene, const std::vector<scripted::program>& laws, 
     });
 }
 
-// The block of a kernel, step by step.
-struct kernel_block {
-    kernel_block(const scene& scene, const double* start) : values(values_of(scene)), laws(values) {
-        record.block = solid::placed(laws.block, laws.inertia,
-                                     values.of(effects::index_of<effects::block>), start);
+// The blocks of a kernel, step by step.
+struct kernel_blocks {
+    kernel_blocks(const scene& scene, const double* start) : values(values_of(scene)) {
+        for (int b = 0; b < cuda::solids; ++b)
+            records[b].body =
+                solid::placed(b, values.of(effects::index_of<effects::block>, b), start);
         int contacts = 0;
         for (std::size_t i = 0; i < effect_entries().size(); ++i)
             if (effects::contact_bits >> i & 1u) contacts += scene.instances(int(i));
-        corners.resize(std::size_t(cuda::corners_of_solid(contacts, true)));
+        corners.resize(std::size_t(cuda::solids * cuda::corners_of_solid(contacts, true)));
+        pairs.resize(std::size_t(cuda::pairs_of_solids(cuda::solids)));
     }
     // Pushes the masses at `sites`, and is pushed by them; the drift is left to the caller.
     void push(const mass_columns& masses, const std::vector<int32_t>& sites, double h) {
-        cuda::show_solid(record, laws);
+        cuda::show_solids(records);
         touching.clear();
         pushes.assign(masses.mass.size(), {});
         for (const int32_t site : sites) {
-            cuda::solid_touch<double> found;
-            if (!solid::meet_mass<double>(
-                    laws.block, record.seen, site, masses.at(mass_columns::position, site),
-                    masses.at(mass_columns::predicted, site), masses.mass[site], found))
-                continue;
+            cuda::touching_solids found{};
+            bool touches = false;
+            for (int b = 0; b < cuda::solids; ++b) {
+                found.of[b].site = site;
+                const solid::body& body = records[b].body;
+                if (solid::meet_mass<double>(
+                        body.law, records[b].seen, b, site, masses.at(mass_columns::position, site),
+                        masses.at(mass_columns::predicted, site), masses.mass[site], found.of[b]))
+                    solid::add_push<double>(pushes[site], found.of[b], touches);
+            }
+            if (!touches) continue;
             found.mass = masses.mass[site];
             found.inverse_mass = masses.inverse_mass[site];
             found.before = masses.at(mass_columns::velocity, site);
             found.after = masses.at(mass_columns::next_velocity, site);
-            pushes[site] = solid::push_on_mass<double>(found);
             touching.push_back(found);
         }
-        cuda::push_solid(record, values, origin, script_time, touching.data(), int(touching.size()),
-                         corners.data(), h);
+        cuda::push_solids(records, values, origin, script_time, touching.data(),
+                          int(touching.size()), corners.data(), pairs.data(), h);
     }
 
     cuda::scene_values values;
-    cuda::solid_laws laws;
-    cuda::solid_record record{};
+    cuda::solid_record records[cuda::solids]{};
     std::vector<solid::touch> corners;
-    std::vector<cuda::solid_touch<double>> touching;
+    std::vector<solid::pair_touch> pairs;
+    std::vector<cuda::touching_solids> touching;
     std::vector<effects::vector<double>> pushes;  // [site]
 };
 
@@ -269,12 +282,9 @@ TEST_CASE("a kernel gives every mass the same velocity as the passes") {
     }
 }
 
-TEST_CASE("a kernel moves the block as the CPU does") {
+TEST_CASE("a kernel moves blocks as the CPU does") {
     scene scene = every_scene();
-    // into the contacts, and turning
-    const double place[3] = {-0.3, -0.2, -0.05}, spin[3] = {1, -2, 3}, h = 1e-3;
-    scene.set("block", "position", place, 3);
-    scene.set("block", "spin", spin, 3);
+    const double h = 1e-3;
     // they stay within reach of it
     const double soft[1] = {100};
     scene.set("moving_boxes", "stiffness", soft, 1);
@@ -286,12 +296,12 @@ TEST_CASE("a kernel moves the block as the CPU does") {
         masses.mass[site] = body.mass[site];
         masses.inverse_mass[site] = 1.0 / body.mass[site];
     }
-    cpu::rigid_block<double> expected(scene, body, start);
+    cpu::rigid_blocks<double> expected(scene, body, start);
     expected.follow(origin, world);
-    kernel_block block(scene, start);
+    kernel_blocks blocks(scene, start);
 
     draws draw{3};
-    std::size_t met = 0;
+    std::size_t met = 0, both = 0;
     for (int step = 0; step < 30; ++step) {
         CAPTURE(step);
         for (int axis = 0; axis < 3; ++axis)
@@ -303,8 +313,10 @@ TEST_CASE("a kernel moves the block as the CPU does") {
                 of[mass_columns::predicted][site] = draw();
                 of[mass_columns::force][site] = 0;
             }
-        block.push(masses, {body.sites.begin(), body.sites.end()}, h);
-        met += block.touching.size();
+        blocks.push(masses, {body.sites.begin(), body.sites.end()}, h);
+        for (const auto& touch : blocks.touching)
+            both += touch.of[0].push > 0 && touch.of[1].push > 0;
+        met += blocks.touching.size();
 
         expected.move(origin, script_time);
         expected.evaluate(masses.view);
@@ -312,17 +324,21 @@ TEST_CASE("a kernel moves the block as the CPU does") {
         expected.rub_masses(masses.view, h);
         expected.rub_contacts(h);
         for (const int32_t site : body.sites)
-            check_same(block.pushes[site], masses.at(mass_columns::force, site));
-        for (const auto& touch : block.touching)
-            check_same(touch.after, masses.at(mass_columns::next_velocity, touch.site));
-        cuda::move_solid(block.record, block.laws, h, 0.5);
+            check_same(blocks.pushes[site], masses.at(mass_columns::force, site));
+        for (const auto& touch : blocks.touching)
+            check_same(touch.after, masses.at(mass_columns::next_velocity, touch.of[0].site));
+        cuda::move_solids(blocks.records, h, 0.5);
         expected.drift(h, true, 0.5);
-        double of_kernel[13], of_cpu[13];
-        solid::write_state(block.record.block, block.laws.inertia, origin, false, of_kernel);
-        expected.write(origin, false, of_cpu);
-        for (int i = 0; i < 13; ++i)
-            CHECK(bits_as<uint64_t>(of_kernel[i]) == bits_as<uint64_t>(of_cpu[i]));
+        for (int b = 0; b < cuda::solids; ++b) {
+            double of_kernel[13], of_cpu[13];
+            solid::write_state(blocks.records[b].body, origin, false, of_kernel);
+            solid::write_state(expected.at(b), origin, false, of_cpu);
+            for (int i = 0; i < 13; ++i)
+                CHECK(bits_as<uint64_t>(of_kernel[i]) == bits_as<uint64_t>(of_cpu[i]));
+        }
     }
     CHECK(met > 30);
-    CHECK(block.corners.front().push > 0);
+    CHECK(both > 0);
+    CHECK(blocks.corners.front().push > 0);
+    CHECK(blocks.pairs.front().push > 0);
 }

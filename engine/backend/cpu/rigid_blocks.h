@@ -1,6 +1,6 @@
-// rigid_block.h: the rigid block of one robot on the CPU: its state, its contacts, its energy.
-// physics/solid.h has the laws. In double for every precision. SI units; places from the robot's
-// own origin.
+// rigid_blocks.h: the rigid blocks of one robot on the CPU: their state, their contacts, their
+// energy. physics/solid.h has the laws. In double for every precision. SI units; places from the
+// robot's own origin. Blocks are counted from 0, in the scene's order.
 #pragma once
 
 #include <cstring>
@@ -9,24 +9,22 @@
 #include "backend/cpu/passes.h"
 #include "limax.h"
 #include "physics/scene.h"
-#include "physics/solid_edges.h"
+#include "physics/solid_pairs.h"
 
 namespace limax::cpu {
 
 template <class S>
-class rigid_block {
+class rigid_blocks {
 public:
     using vector = solid::vector;
 
-    // Puts the block where it starts; `start` is the body's lowest corner. The fixed contacts
+    // Puts the blocks where they start; `start` is the body's lowest corner. The fixed contacts
     // come with the first follow().
-    rigid_block(const scene& in, const spring_body& body, const double start[3])
-        : scene_(in),
-          body_(body),
-          law_(effects::block::make<double>(in.values(effects::index_of<effects::block>), start)),
-          inertia_(inertia_of_box(law_.half, law_.mass)),
-          block_(
-              solid::placed(law_, inertia_, in.values(effects::index_of<effects::block>), start)) {
+    rigid_blocks(const scene& in, const spring_body& body, const double start[3])
+        : scene_(in), body_(body) {
+        for (int i = 0; i < in.instances(effects::index_of<effects::block>); ++i)
+            blocks_.push_back(
+                solid::placed(i, in.values(effects::index_of<effects::block>, i), start));
         if (in.has(effects::index_of<effects::gravity>)) {
             const double* g = in.values(effects::index_of<effects::gravity>);
             gravity_ = {g[0], g[1], g[2]};
@@ -45,7 +43,7 @@ public:
 
     // The robot's own origin has moved by `shift` and is at `origin`.
     void follow(const double origin[3], const double shift[3]) {
-        solid::follow(block_, shift);
+        for (solid::body& block : blocks_) solid::follow(block.block, shift);
         move(origin, time_);
         patches_.clear();
         for (int i = 0; i < scene_.instances(effects::index_of<effects::patches>); ++i)
@@ -64,44 +62,56 @@ public:
     }
 
     // Adds to the forces on the masses, whose state is `seen`, and finds those on the
-    // block.
+    // blocks.
     void evaluate(const mass_arrays<S>& seen) {
-        moment_ = solid::moment_of(block_, inertia_);
-        const solid::view view = solid::view_of(block_, moment_);
-        load_ = {{law_.mass * gravity_.x, law_.mass * gravity_.y, law_.mass * gravity_.z},
-                 {0, 0, 0}};
+        for (solid::body& block : blocks_) {
+            solid::show(block);
+            solid::weigh(block, gravity_);
+        }
         masses_.clear();
         for (int32_t i = 0; i < body_.masses; ++i) {
             const int32_t site = body_.sites[i];
-            solid::touch found;
-            if (!solid::meet_mass<S>(law_, view, site, at(seen.position, site),
-                                     at(seen.predicted, site), double(body_.mass[site]), found))
-                continue;
-            const effects::vector<S> force = solid::push_on_mass<S>(found);
-            seen.force[0][site] += force.x;
-            seen.force[1][site] += force.y;
-            seen.force[2][site] += force.z;
-            solid::meet_back<S>(load_, found);
-            masses_.push_back(found);
+            effects::vector<S> sum{};
+            bool touches = false;
+            for (solid::body& block : blocks_) {
+                solid::touch found;
+                if (!solid::meet_mass<S>(block.law, solid::view_of(block), block.number, site,
+                                         at(seen.position, site), at(seen.predicted, site),
+                                         double(body_.mass[site]), found))
+                    continue;
+                solid::add_push<S>(sum, found, touches);
+                solid::meet_back<S>(block.on, found);
+                masses_.push_back(found);
+            }
+            if (!touches) continue;
+            seen.force[0][site] += sum.x;
+            seen.force[1][site] += sum.y;
+            seen.force[2][site] += sum.z;
         }
         corners_.clear();
+        pairs_.clear();
         const auto each = [&](const auto& meet) {
             for (const contact_instance& contact : contacts_) visit(contact, meet);
         };
-        const auto keep = [&](const solid::touch& found) { corners_.push_back(found); };
-        solid::meet_contacts(law_, view, load_, each, keep);
+        const auto keep = [&]<class Touch>(const Touch& found) {
+            if constexpr (same_type<Touch, solid::touch>)
+                corners_.push_back(found);
+            else
+                pairs_.push_back(found);
+        };
         if (scene_.has(effects::index_of<effects::edges>))
-            solid::meet_edges(law_, view, load_, each, keep);
+            solid::meet_all<true>(blocks_.data(), count(), each, keep);
+        else
+            solid::meet_all<false>(blocks_.data(), count(), each, keep);
     }
 
     // The velocities after the forces have acted for h, before any friction.
     void kick(double h) {
         kick_ = h;
-        rubbed_ = {{0, 0, 0}, {0, 0, 0}};
-        solid::kick(block_, load_, law_.mass, h);
+        for (solid::body& block : blocks_) solid::kick(block, h);
     }
 
-    // Friction between the block and the masses, after their kick of h.
+    // Friction between the blocks and the masses, after their kick of h.
     void rub_masses(const mass_arrays<S>& masses, double h) {
         const auto in = [](const auto& column) {
             return [&](const solid::touch& touch) {
@@ -109,87 +119,114 @@ public:
                 return vector{u.x, u.y, u.z};
             };
         };
-        rub(
-            masses_, h, in(masses.velocity), in(masses.next_velocity),
-            [&](const solid::touch& touch) { return double(masses.inverse_mass[touch.site]); },
+        const solid::counterpart of_mass{
+            in(masses.velocity), in(masses.next_velocity),
+            [&](const solid::touch& touch, const vector&) {
+                return double(masses.inverse_mass[touch.site]);
+            },
             [&](const solid::touch& touch, const vector& impulse) {
                 return solid::give_mass(
                     masses.next_velocity[0][touch.site], masses.next_velocity[1][touch.site],
                     masses.next_velocity[2][touch.site], impulse, double(body_.mass[touch.site]),
                     double(masses.inverse_mass[touch.site]));
-            });
+            }};
+        if (!rubs_) return;
+        solid::rub(
+            friction_, h, blocks_.data(), count(),
+            [&](const auto& visit) {
+                for (solid::touch& touch : masses_) visit(touch, of_mass);
+            },
+            grip());
     }
 
-    // Friction between the corners and what they touch.
+    // Friction between the blocks and what their corners touch, and of blocks with each other.
     void rub_contacts(double h) {
-        const auto of_surface = [&](const solid::touch& at) { return this->of_surface(at); };
-        rub(
-            corners_, h, of_surface, of_surface, [](const solid::touch&) { return 0.0; },
-            [](const solid::touch&, const vector& impulse) { return impulse; });
+        if (!rubs_) return;
+        solid::rub_all(
+            friction_, h, blocks_.data(), count(), corners_.data(), int(corners_.size()),
+            pairs_.data(), int(pairs_.size()),
+            [&](const solid::touch& at) { return of_surface(at); }, grip());
     }
 
-    // Moves the block for dt. `share` as in predict(); forces read u itself where not `predicted`.
+    // Moves the blocks for dt. `share` as in predict(); forces read u itself where not `predicted`.
     void drift(double dt, bool predicted, double share) {
-        solid::drift(block_, inertia_, dt, predicted, share);
+        for (solid::body& block : blocks_) solid::drift(block, dt, predicted, share);
     }
 
-    // ---- its part of the energy balance, at t_n ----
+    // ---- their part of the energy balance, at t_n ----
 
-    // The energy of its motion, as velocity() has it, J.
+    // The energy of their motion, as solid::velocity() has it, J.
     double kinetic_energy(bool between) const {
-        const vector v = velocity(between), w = turning(between),
-                     spin = solid::middle(block_.now.spin, block_.next.spin, between);
-        return 0.5 * (law_.mass * inner(v, v) + inner(w, spin));
+        double sum = 0;
+        for (const solid::body& block : blocks_) {
+            const vector v = velocity(block, between), w = turning(block, between),
+                         spin = solid::middle(block.block.now.spin, block.block.next.spin, between);
+            sum += 0.5 * (block.law.mass * inner(v, v) + inner(w, spin));
+        }
+        return sum;
     }
     // From the world's origin, J; `origin` is the robot's own.
     double gravitational_energy(const double origin[3]) const {
-        return -law_.mass *
-               inner(gravity_, plus(block_.place, 1.0, {origin[0], origin[1], origin[2]}));
+        double sum = 0;
+        for (const solid::body& block : blocks_)
+            sum -= block.law.mass *
+                   inner(gravity_, plus(block.block.place, 1.0, {origin[0], origin[1], origin[2]}));
+        return sum;
     }
-    // The energy stored in its contacts, J.
+    // The energy stored in their contacts, J.
     double contact_energy() const {
         double sum = 0;
         for (const solid::touch& touch : masses_) sum += touch.stored;
         for (const solid::touch& touch : corners_) sum += touch.stored;
+        for (const solid::touch& touch : pairs_) sum += touch.stored;
         return sum;
     }
-    // The power of the other forces of contacts on the block and on masses that move at `velocity`,
-    // and of what drives surfaces that move, W.
+    // The power of the other forces of contacts on the blocks and on masses that move at
+    // `velocity`, and of what drives surfaces that move, W.
     double contact_power(const S* const velocity[3], bool between) const {
-        const vector v = this->velocity(between), w = turning(between);
+        const auto velocity_at = [&](int number, const vector& arm) {
+            const solid::body& block = blocks_[number];
+            return plus(cross(turning(block, between), arm), 1.0, solid::velocity(block, between));
+        };
         double sum = 0;
         for (const solid::touch& touch : masses_) {
             const vector u{velocity[0][touch.site], velocity[1][touch.site],
                            velocity[2][touch.site]};
             sum += touch.beyond *
-                   inner(touch.normal, solid::minus(u, plus(cross(w, touch.arm), 1.0, v)));
+                   inner(touch.normal, solid::minus(u, velocity_at(touch.block, touch.arm)));
         }
         for (const solid::touch& touch : corners_)
-            sum += touch.beyond * inner(touch.normal, plus(cross(w, touch.arm), 1.0, v)) +
+            sum += touch.beyond * inner(touch.normal, velocity_at(touch.block, touch.arm)) +
                    (touch.push - touch.beyond) * inner(touch.normal, of_surface(touch));
+        for (const solid::pair_touch& touch : pairs_)
+            sum += touch.beyond *
+                   inner(touch.normal, solid::minus(velocity_at(touch.guest, touch.guest_arm),
+                                                    velocity_at(touch.block, touch.arm)));
         return sum;
     }
-    // The power of this step's friction impulses on the block, as a force over the kick at the mean
-    // of the velocities before and after it, W.
+    // The power of this step's friction impulses on the blocks, as a force over the kick at the
+    // mean of the velocities before and after it, W.
     double friction_power() const {
-        return (inner(rubbed_.velocity, velocity(true)) + inner(rubbed_.spin, turning(true))) /
-               kick_;
+        double sum = 0;
+        for (const solid::body& block : blocks_)
+            sum += (inner(block.rubbed.velocity, velocity(block, true)) +
+                    inner(block.rubbed.spin, turning(block, true))) /
+                   kick_;
+        return sum;
     }
 
-    // Which limits it breaks, of its centre or of a corner.
+    // Which limits they break, of their centres or of a corner.
     solid::breaks broken(double max_speed) const {
-        return solid::broken(block_, law_, inertia_, max_speed);
+        solid::breaks all{false, false};
+        for (const solid::body& block : blocks_) {
+            const solid::breaks one = solid::broken(block, max_speed);
+            all = {all.nonfinite || one.nonfinite, all.speed || one.speed};
+        }
+        return all;
     }
 
-    // [LIMAX_BLOCK_STATE]; `origin` is the robot's own.
-    void write(const double origin[3], bool between, double* out) const {
-        solid::write_state(block_, inertia_, origin, between, out);
-    }
-    const quaternion& points() const { return block_.points; }
-    const vector& place() const { return block_.place; }                  // of its centre
-    const vector& read_velocity() const { return block_.read.velocity; }  // that forces read
-    vector velocity(bool between) const { return solid::velocity(block_, between); }
-    vector turning(bool between) const { return solid::turning(block_, inertia_, between); }
+    int count() const { return int(blocks_.size()); }
+    const solid::body& at(int number) const { return blocks_[number]; }
 
 private:
     // An instance of an effect that corners meet, with its parameters.
@@ -225,26 +262,17 @@ private:
         });
     }
 
-    template <class Before, class After, class InverseMass, class Give>
-    void rub(std::vector<solid::touch>& touching, double h, const Before& before,
-             const After& after, const InverseMass& inverse_mass, const Give& give) {
-        if (!rubs_) return;
-        const auto each = [&](const auto& visit) {
-            for (solid::touch& touch : touching) visit(touch);
-        };
-        const auto grip = [&](const vector& place) {
+    // The factor on friction at a place.
+    auto grip() const {
+        return [&](const vector& place) {
             double factor = 1;
             for (const auto& patch : patches_) factor *= effects::patches::grip(patch, place);
             return factor;
         };
-        solid::rub(friction_, law_, block_, moment_, h, rubbed_, each, before, after, inverse_mass,
-                   grip, give);
     }
 
     const scene& scene_;
     const spring_body& body_;
-    const solid::block_params law_;
-    const vector inertia_;  // kg m^2, in its own frame
     vector gravity_{0, 0, 0};
     bool rubs_ = false;
     solid::friction_params friction_{};
@@ -252,12 +280,10 @@ private:
     std::vector<effects::patches::params<double>> patches_;
     double time_ = -1;  // where contacts that move are, s
 
-    solid::state block_;
-    solid::moment moment_;  // at t_n
-    solid::load load_;
-    double kick_ = 0;       // how long the kick lasts, s
-    solid::motion rubbed_;  // what friction's impulses add up to, N s and N m s
+    double kick_ = 0;  // how long the kick lasts, s
+    std::vector<solid::body> blocks_;
     std::vector<solid::touch> masses_, corners_;
+    std::vector<solid::pair_touch> pairs_;
 };
 
 }  // namespace limax::cpu
