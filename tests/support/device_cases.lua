@@ -87,6 +87,20 @@ device_cases.list = {
         size = { 0.35, 0.25, 0.1 }, velocity = { 0.4, 0.1, -1 }, spin = { 0.1, 0.2, 1 },
         mass = 3 } }
     end },
+  { name = "a body among blocks that collide", lattices = { { 4, 3, 2 }, { 10, 9, 8 }, FLAT },
+    options = { velocity = { 1, 0.3, 0 }, duration = 0.03 }, make = thinking,
+    scene = function(size)
+      local high = size[3] - 0.003
+      return with { edges = true, patches = { from = { 0.2, -1, -1 }, factor = 0.5 },
+        spheres = { center = { -0.4, 0, 0 }, radius = 0.2 },
+        actuation = false, control = { rate = 200, signal = "a = block.x + block_velocity.y;" },
+        block = { { position = { 0.02, 0.05, high }, size = { 0.2, 0.25, 0.1 } },
+          { position = { 0.215, 0.05, high }, size = { 0.3, 0.2, 0.2 }, mass = 3,
+            velocity = { -1, 0, 0 } },
+          { position = { 0.1, 0.1, high + 0.095 }, size = { 0.1, 0.1, 0.1 }, spin = { 1, 2, 9 },
+            stiffness = 5e3 },
+          { position = { -0.3, 0, 0 }, size = { 0.2, 0.2, 0.2 } } } }
+    end },
   -- the robot's own origin follows
   { name = "a block that is carried far", lattices = { { 3, 3, 2 }, FLAT },
     options = { velocity = { 150, 0, 0 }, duration = 0.04 }, scene = function(size)

@@ -201,7 +201,7 @@ function physics.run(robot, scene, options, signal)
   local world = body.of(robot, options.sharing)
   world.dt = options.time_step
   world.scene, world.edge, world.contacts = scene, robot.edge, contacts.of(scene)
-  world.block = scene.block and block.new(scene.block, options.position)
+  world.block = scene.block and block.new(scene.block[1], options.position)
   world.pairs = scene.self_collision and body.contact_pairs(world.masses)
   world.control = scene.control and control.new(world.voxels, signal, robot.control)
   for _, s in ipairs(world.springs) do s.c = scene.damping and s.c or 0 end

@@ -101,7 +101,7 @@ suite:test("no piece is painted over one in front of it", function(t)
       local block = block_picture.spaces(block_picture.corners({ 0, 0, 1.3, 0.9, 0.3, 0.3, 0.1 },
         { 0.3, 0.4, 0.2 }))
       local items = stage.pieces(stage.new(world.of { boxes = boxes, spheres = spheres }),
-        SLAB, nil, from.sight, block, "#b98b4f")
+        SLAB, nil, from.sight, { block }, "#b98b4f")
       found = found + check_order(t, from, items, faces, random)
     end
     t:ok(found > 30, ("%s: %d pieces over another"):format(name, found))

@@ -49,6 +49,29 @@ suite:test("the state of a block can be read while it moves", { devices = "all" 
   t:near(now.angular_velocity, { 0, 0, 4 }, { rtol = 1e-12, atol = 1e-12 })
 end)
 
+suite:test("one block in a list is one block, and of several the first is read", function(t)
+  local function run(block)
+    return limax.robot { voxels = VOXELS }:simulate { record = { block = 50 }, settle = 0,
+      duration = 0.2, velocity = { 3, 0, 0 }, device = "cpu",
+      scene = limax.scenes.land { block = block } }
+  end
+  local near = { position = { 0.32, -0.05, 0 } }
+  local far = { position = { 2, 0, 0 }, size = { 0.2, 0.2, 0.1 }, mass = 3 }
+  local one, listed, both = run(near), run { near }, run { near, far }
+  t:equal(listed:trace("block").shape, { 11, 7 })
+  t:same_bits(listed:trace("block"):table(), one:trace("block"):table())
+  t:equal(listed.context.scene.block, one.context.scene.block)
+  t:equal(both:trace("block").shape, { 11, 2, 7 })
+  t:same_bits(both:trace("block")[11][1][1], both:block().position[1])
+  t:near(both:trace("block")[1][2]:table(), { 2.1, 0.1, 0.05, 1, 0, 0, 0 }, { atol = 1e-3 })
+  -- the order counts, though that of other effects does not
+  t:near(run({ far, near }):block().position[1], 2.1, { atol = 1e-3 })
+  local simulation = both.context.simulation
+  t:same_bits(simulation:block(1, 2).position[1], both:trace("block")[11][2][1])
+  t:raises("there is no block 3: the scene has 2 blocks", function() simulation:block(1, 3) end)
+  t:raises("scene.block[2].mass", function() run { near, { mass = -1 } } end)
+end)
+
 suite:test("errors name what a block does not support", function(t)
   local plain = limax.robot { voxels = VOXELS }:simulate { duration = 0.1, device = "cpu" }
   t:raises("scene.block: robot 1 has none in its scene", function() plain:block() end)

@@ -54,6 +54,11 @@ local CASES = {
     control = { rate = 200, signal = "a = sin(300 * t + phase);" } } },
   growth = { scene = { actuation = false, growth = { strain = 0.3, duration = 0.1 },
     control = { rate = 200, signal = "a = sin(300 * t + phase);" } } },
+  -- the second touches only the first
+  ["two blocks"] = { refused = NOT_SMOOTH, scene = { block = { { position = { -0.6, -1.4, -1.4 },
+    size = { 1, 3, 3 }, mass = 50, stiffness = 200, spin = { 1, 2, 3 } },
+    { position = { -1.4, -0.9, -0.8 }, size = { 1, 2, 1.8 }, mass = 5, stiffness = 300,
+      spin = { 2, -1, 1 } } } } },
   -- the ball touches a face of the block, and not the body
   edges = { refused = NOT_SMOOTH, scene = { edges = true, block = { position = { -0.6, -1.4, -1.4 },
     size = { 1, 3, 3 }, mass = 50, stiffness = 200, spin = { 1, 2, 3 } },
@@ -68,19 +73,21 @@ local function distance(a, b)
   return math.sqrt(sum / (3 * #a))
 end
 
--- Positions and velocities at the end.
+-- Positions and velocities at the end, and places of several blocks.
 local function ends(case, integrator, time_step)
   local scene = { damping = true, actuation = { frequency = 5, ramp = 0 } }
   for name, value in pairs(case.scene or {}) do scene[name] = value or nil end
   local done = limax.robot(case.robot or CUBE):simulate { device = "cpu", precision = "double",
     integrator = integrator, time_step = time_step, scene = scene, settle = 0, duration = 0.02,
-    velocity = case.velocity or { 0.5, 0.3, -0.2 }, record = { position = 100, velocity = 100 } }
+    velocity = case.velocity or { 0.5, 0.3, -0.2 }, record = { position = 100, velocity = 100,
+      block = scene.block and 100 } }
   if done.status ~= "done" then error(done.status) end
   local state = {}
   for _, name in ipairs { "position", "velocity" } do
     local samples = done:trace(name):table()
     state[name] = samples[#samples]
   end
+  if scene.block and scene.block[1] then state.block = done:trace("block")[3]:table() end
   return state
 end
 
@@ -99,8 +106,8 @@ local function check(t, name, case, integrator, expected)
   end
 end
 
-local names = { "a scripted force" }
-for i, effect in ipairs(engine.effects()) do names[i + 1] = effect.name end
+local names = { "a scripted force", "two blocks" }
+for _, effect in ipairs(engine.effects()) do names[#names + 1] = effect.name end
 
 for _, name in ipairs(names) do
   suite:test(name, function(t)

@@ -127,9 +127,12 @@ suite:test("valid but probably unintended settings", function(t)
       .. " { 6, 1, 1 } }, { from = { -1, -1, -1 }, to = { 0.13, 1, 0.3 } } } }",
     ["inside scene.planes[1]"] = "scene = limax.scenes.land { planes = { { normal = { 1, 0, 0 },"
       .. " offset = 0.02 } } }",
-    ["inside scene.block"] = "scene = limax.scenes.land { block = { position = { 0.1, 0, 0 } } }",
+    ["inside scene.block[1]"] =
+      "scene = limax.scenes.land { block = { position = { 0.1, 0, 0 } } }",
     ["the block begins 0.05 m inside scene.ground"] =
       "scene = limax.scenes.land { block = { position = { 0.6, 0, -0.05 } } }",
+    ["scene.block[2] begins 0.1 m inside scene.block[1]"] = "scene = limax.scenes.land "
+      .. "{ block = { { position = { 0.9, 0, 0 } }, { position = { 0.9, 0, 0.2 } } } }",
     ["the force has a slope of 1e+04 N/m in the first"] = "scene = limax.scenes.land { wall = {"
       .. ' force = "f = vec(-k * (x.x - 0.1), 0, 0);", k = 1e4, bound = { stiffness = 20 } } }',
     ["bound.damping is 0 N s/m, and the force has a slope of 5 N s/m"] = "scene ="
