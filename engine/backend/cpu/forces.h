@@ -119,7 +119,7 @@ public:
 
     // Do masses act on each other by springs only?
     bool local() const {
-        return !self_contacts_ && !block_ && !ledger_ && !(scene_.mask() & effects::face_bits);
+        return !self_contacts_ && !blocks_ && !ledger_ && !(scene_.mask() & effects::face_bits);
     }
     // In a scene where local(): fills the forces on some masses after the others, and calls
     // act(part) with each part once its forces are complete. Springs of the other parts do not read
