@@ -75,7 +75,8 @@ ranks() {
     done
     on 1 mpirun --allow-run-as-root -n $count --host "${list#,}" --map-by node --oversubscribe \
         --mca btl tcp,self --mca oob tcp --bind-to none --mca oob_tcp_keepalive_time 2 \
-        --mca oob_tcp_keepalive_intvl 1 --mca oob_tcp_keepalive_probes 4 "$limax" "$@"
+        --mca oob_tcp_keepalive_intvl 1 --mca oob_tcp_keepalive_probes 4 \
+        --mca odls_base_sigkill_timeout 20 "$limax" "$@"
 }
 
 # cut K, join K: the switch drops all packets of host K, or forwards them again.
@@ -129,7 +130,7 @@ else
         command -v $tool >/dev/null || skip "there is no $tool here (on Debian: apt-get install iproute2 openssh-server)"
     done
     unshare --net --mount --uts --ipc --pid --fork --mount-proc true 2>/dev/null || skip "namespaces are not allowed here"
-    unshare --net --mount --pid --fork --kill-child --mount-proc bash "$0" inside "$@" &
+    setpriv --pdeathsig KILL unshare --net --mount --pid --fork --kill-child --mount-proc bash "$0" inside "$@" &
     trap 'kill -KILL $! 2>/dev/null || :' EXIT
     trap 'exit 1' INT TERM
     wait $!

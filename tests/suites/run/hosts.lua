@@ -85,6 +85,7 @@ for k in 1 2; do
   grep -o '"state":"[a-z]*"' rates/seed=$k/r01/journal.jsonl
 done
 for name in metrics ledger; do cmp rates/seed=1/r01/r01/$name.jsonl runs/walk/r01/$name.jsonl; done
+mv walk.lua tiny.lua
 cp -r runs/walk 1/home/run
 ]]
 
@@ -130,7 +131,8 @@ for _, case in ipairs(CASES) do
     local folder = t:folder()
     process.write(folder .. "/tiny.lua", whole_runs.experiment(GENERATIONS, 1))
     process.write(folder .. "/case.sh", FUNCTIONS .. case[2])
-    local script = source.folder_of(debug.getinfo(1, "S").source:sub(2)) .. "/../../support/hosts.sh"
+    local script = host.file.absolute(source.folder_of(debug.getinfo(1, "S").source:sub(2))
+      .. "/../../support/hosts.sh")
     local output = process.output(("limax=%s bash %s %s '. \"$folder/case.sh\"' 2>&1; echo status $?")
       :format(process.quote(host.executable), process.quote(script), process.quote(folder)))
     local reason = output:match "skipped: ([^\n]*)"
