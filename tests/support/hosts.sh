@@ -47,7 +47,8 @@ SetEnv $words" >"$folder/$k/sshd_config"
     unshare --net --mount --uts --ipc --pid --fork --kill-child --mount-proc bash "$0" host "$folder" "$k" 2>/dev/null &
     until first[k]=$(cat "/proc/$!/task/$!/children") && [ -n "${first[k]}" ]; do sleep 0.02; done
     first[k]=${first[k]% }
-    until ip link add "port$k" master switch type veth peer name eth0 netns "${first[k]}" 2>/dev/null; do
+    until ip link add "port$k" master switch type veth peer name eth0 address "02:00:00:00:00:0$k" \
+        netns "${first[k]}" 2>/dev/null; do
         kill -0 $!
         sleep 0.02
     done
@@ -75,28 +76,28 @@ ranks() {
     done
     on 1 mpirun --allow-run-as-root -n $count --host "${list#,}" --map-by node --oversubscribe \
         --mca btl tcp,self --mca oob tcp --bind-to none --mca oob_tcp_keepalive_time 2 \
-        --mca oob_tcp_keepalive_intvl 1 --mca oob_tcp_keepalive_probes 4 \
-        --mca odls_base_sigkill_timeout 20 "$limax" "$@"
+        --mca oob_tcp_keepalive_intvl 1 --mca oob_tcp_keepalive_probes 4 "$limax" "$@"
 }
 
 # cut K, join K: the switch drops all packets of host K, or forwards them again.
 cut() { bridge link set dev "port$1" state 0; }
 join() { bridge link set dev "port$1" state 3; }
 
-# share: /mnt of all hosts is a folder that host 1 exports by NFS, with locks.
+# share: /mnt of all hosts is a folder that host 1 exports by NFS, with locks, which only mounts of it see.
 share() {
     local k
     [ -x /usr/bin/ganesha.nfsd ] || skip "there is no NFS server here (on Debian: apt-get install nfs-ganesha-vfs nfs-common)"
     modprobe nfsv4 2>/dev/null || grep -qw nfs4 /proc/filesystems || skip "this kernel cannot mount NFS"
     echo "NFS_CORE_PARAM { Protocols = 4; Enable_NLM = false; Enable_RQUOTA = false; }
 NFSv4 { Graceless = true; Lease_Lifetime = 5; RecoveryRoot = $folder/nfs-state; }
-EXPORT { Export_Id = 1; Path = /mnt; Pseudo = /mnt; Access_Type = RW; Squash = None; SecType = sys; FSAL { Name = VFS; } }" \
+EXPORT { Export_Id = 1; Path = /run/export; Pseudo = /mnt; Access_Type = RW; Squash = None; SecType = sys; FSAL { Name = VFS; } }" \
         >"$folder/ganesha.conf"
     mkdir -p "$folder/nfs-state"
+    on 1 mkdir /run/export
     on 1 ganesha.nfsd -f "$folder/ganesha.conf" -L "$folder/ganesha.log" -p "$folder/ganesha.pid"
     for k in "${!first[@]}"; do
         # timeo: the kernel does not wait long for the server once all hosts have ended
-        [ "$k" -eq 1 ] || until on "$k" mount -t nfs4 -o timeo=50,retrans=1 host1:/mnt /mnt 2>>"$folder/mount.log"; do
+        until on "$k" mount -t nfs4 -o timeo=50,retrans=1 host1:/mnt /mnt 2>>"$folder/mount.log"; do
             sleep 0.5
         done
     done

@@ -30,6 +30,8 @@ SlurmdParameters=config_overrides
 GresTypes=gpu
 NodeName=host[2-3] CPUs=8 Gres=gpu:8 State=UNKNOWN
 PartitionName=main Nodes=ALL Default=YES" >"$folder/slurm/slurm.conf"
+    # pmix does not share /tmp with other hosts
+    echo "PMIxCliTmpDirBase=/run" >"$folder/slurm/mpi.conf"
     for k in {0..7}; do mknod "$folder/slurm/gpu$k" c 1 3; done
     echo "NodeName=host[2-3] Name=gpu File=$folder/slurm/gpu[0-7]" >"$folder/slurm/gres.conf"
     for k in 1 2 3; do

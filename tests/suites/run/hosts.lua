@@ -85,7 +85,6 @@ for k in 1 2; do
   grep -o '"state":"[a-z]*"' rates/seed=$k/r01/journal.jsonl
 done
 for name in metrics ledger; do cmp rates/seed=1/r01/r01/$name.jsonl runs/walk/r01/$name.jsonl; done
-mv walk.lua tiny.lua
 cp -r runs/walk 1/home/run
 ]]
 
@@ -103,11 +102,10 @@ local CASES = {
     ended
     boot 4
     begin 4 ranks 1 2 4 2 run --resume run -q
-    kill -KILL ${first[2]} # its network says so to the others
+    kill -KILL ${first[2]} # its kernel closes the connections: MPI may end all before limax does
     ended
     ranks 1 4 run --resume run -q
-  ]], "continue with: mpirun %-n 3 [^\n]* %-%-resume run\n.*"
-    .. "continue with: mpirun %-n 4 [^\n]* %-%-resume run\n" },
+  ]], "continue with: mpirun %-n 3 [^\n]* %-%-resume run\n" },
   { "a network that stops for 30 s ends the run, which goes on", [[
     boot 1; boot 2; boot 3
     begin 4 ranks 1 2 3 run tiny.lua -q --out run
@@ -138,7 +136,8 @@ for _, case in ipairs(CASES) do
     local reason = output:match "skipped: ([^\n]*)"
     if reason then t:skip(reason) end
     t:ok(output:find "status 0\n$" and output:find(case[3] or ""), output)
-    process.completes(t, folder, { "run", "tiny.lua", "-q", "--out", "whole" })
+    local experiment = host.file.exists(folder .. "/walk.lua") and "walk.lua" or "tiny.lua"
+    process.completes(t, folder, { "run", experiment, "-q", "--out", "whole" })
     whole_runs.same(t, folder .. "/1/home/run", folder .. "/whole")
   end)
 end
