@@ -89,7 +89,7 @@ share() {
     [ -x /usr/bin/ganesha.nfsd ] || skip "there is no NFS server here (on Debian: apt-get install nfs-ganesha-vfs nfs-common)"
     modprobe nfsv4 2>/dev/null || grep -qw nfs4 /proc/filesystems || skip "this kernel cannot mount NFS"
     echo "NFS_CORE_PARAM { Protocols = 4; Enable_NLM = false; Enable_RQUOTA = false; }
-NFSv4 { Graceless = true; Lease_Lifetime = 5; RecoveryRoot = $folder/nfs-state; }
+NFSv4 { Graceless = true; Lease_Lifetime = 30; RecoveryRoot = $folder/nfs-state; }
 EXPORT { Export_Id = 1; Path = /run/export; Pseudo = /mnt; Access_Type = RW; Squash = None; SecType = sys; FSAL { Name = VFS; } }" \
         >"$folder/ganesha.conf"
     mkdir -p "$folder/nfs-state"

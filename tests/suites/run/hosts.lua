@@ -8,64 +8,71 @@ local whole_runs = require "support.whole_runs"
 
 local suite = require("limax.test").suite "hosts"
 
-local GENERATIONS = 24
+-- Its fitness waits in the generations after the one that the file `last` names.
+local WAIT = [[
+local function waits(generation)
+  local file = io.open "FOLDER/last"
+  local last = file and file:read "*n"
+  if file then file:close() end
+  if not last or generation <= last then return false end
+  require("limax.host").wait(0.1)
+  return true
+end
+]]
 
--- `begin N COMMAND...` starts a run and returns once it has written N generations more; `ended`
--- waits until it fails.
+-- `begin N COMMAND...` starts a run and returns once generation N is on disk, after which the run
+-- waits; `ended` waits until it fails.
 local FUNCTIONS = [[
 lines() { on 1 cat "$run/journal.jsonl" 2>/dev/null | grep -c '"kind":"generation"' || :; }
 begin() {
-  local last=$(($(lines) + $1))
+  local last=$1
   shift
+  echo $last >"$folder/last"
   "$@" &
   job=$!
-  until [ "$(lines)" -ge $last ]; do kill -0 $job; sleep 0.05; done
+  until [ "$(lines)" -gt $last ]; do kill -0 $job; sleep 0.05; done
 }
 ended() {
   local status=0
   (sleep 300; echo "it does not end"; kill $job) & watch=$!
   wait $job || status=$?
   kill $watch
+  rm "$folder/last"
   [ $status -ne 0 ]
 }
-for k in 1 2 3 4; do mkdir -p "$folder/$k/home" && cp "$folder/tiny.lua" "$folder/$k/home"; done
+for k in 1 2 3 4; do mkdir -p "$folder/$k/home" && cp "$folder/walk.lua" "$folder/$k/home"; done
 run=$folder/1/home/run
 ]]
 
--- Host 2 writes a folder of all hosts and loses its power; the others may go on only then.
+-- Host 2 writes a folder of all hosts and is lost or cut off; the others may go on only then.
 local SHARED = [[
 boot 1; boot 2 +1h; boot 3 -1h
 %s
-begin 4 on 2 "$limax" run tiny.lua -q --out $run
+begin 3 on 2 "$limax" run walk.lua -q --out $run
 for k in 1 3; do
   cp -r $folder/2/home/.config $folder/$k/home # with the key that sealed it
   on $k "$limax" run --resume $run -q && echo "host $k: not refused"
 done
 %s 2
+rm $folder/last
 for k in {1..100}; do ! on 3 "$limax" run --resume $run -q || break; sleep 1; done
 %s
-cp -r $run $folder/1/home/run
+on 1 cp -r $run $folder/1/home/run
 ]]
 
--- A task of an array and a run on several ranks, both of the same experiment, which waits in its
--- generation 4 as long as the file `slow` exists.
+-- Tasks of an array, and a run on several ranks with the job script of CLUSTER.md.
 local SLURM = [[
 . "$(dirname "$0")/slurm.sh"
 slurm
 cd "$folder"
 mkdir bin
 ln -s "$limax" bin/limax
-sed '/^ *fitness = /s/$/ while robot.generation > 3 and wait() do end/; 1i\
-local function wait()\
-  require("limax.host").wait(0.1)\
-  local slow = io.open "'"$folder"'/slow"\
-  return slow and slow:close()\
-end' tiny.lua >walk.lua
-touch slow
+echo 3 >last
 array() { on 1 env -C "$folder" "$limax" sweep "$@" --threads 1 --slurm >array.sh; }
 array walk.lua --set seed=1,2 --out rates
 for k in 2 3; do cp -r 1/home/.config $k/home; done # with the key that sealed it
-(echo "#!/bin/sh"; sed -n '/^#SBATCH --nodes/,/^exec mpirun/p' "$(dirname "$0")/../../scripts/CLUSTER.md") >first.sh
+page="$(dirname "$0")/../../scripts/CLUSTER.md"
+(echo "#!/bin/sh"; sed -n '/^#SBATCH --nodes/,/^exec mpirun/p' "$page") >first.sh
 sed 's/run walk.lua --out/run --resume/' first.sh >next.sh
 options="--nodes=2 --ntasks-per-node=2 --cpus-per-task=1 --time=2"
 job=$(batch array.sh --time=2)
@@ -74,7 +81,7 @@ until [ -s rates/seed=2/r01/r01/metrics.jsonl ]; do sleep 0.5; done
 on 1 scontrol requeue ${job}_2
 jobs_end # at their time limits
 on 1 scontrol show job | grep -E "JobState|ExitCode|RunTime"
-rm slow
+rm last
 array --resume rates
 batch array.sh --time=9
 batch next.sh $options
@@ -88,38 +95,40 @@ for name in metrics ledger; do cmp rates/seed=1/r01/r01/$name.jsonl runs/walk/r0
 cp -r runs/walk 1/home/run
 ]]
 
--- Name, what happens, and a pattern of what is printed.
+local REFUSED = "is in use by another process.*is in use by another process"
+local RESUMES = "continue with: mpirun %-n 3 [^\n]* %-%-resume run\n"
+
+-- Name, what happens, and a pattern of what is printed. `long`: only LIMAX_TESTS=full runs it.
 local CASES = {
   { "clocks an hour apart change nothing", [[
     boot 1 +1h; boot 2; boot 3 -1h
-    ranks 1 2 3 run tiny.lua -q --out run
+    ranks 1 2 3 run walk.lua -q --out run
     ranks 1 2 run --resume run --from 5 -q
-  ]] },
+  ]], "" },
   { "a run that loses a host ends, and goes on with others", [[
     boot 1; boot 2; boot 3
-    begin 4 ranks 1 2 3 run tiny.lua -q --out run
+    begin 3 ranks 1 2 3 run walk.lua -q --out run
     lose 3
     ended
     boot 4
-    begin 4 ranks 1 2 4 2 run --resume run -q
-    kill -KILL ${first[2]} # its kernel closes the connections: MPI may end all before limax does
+    begin 6 ranks 1 2 4 2 run --resume run -q
+    kill -KILL ${first[2]} # its kernel closes the connections: MPI may be first to end all
     ended
     ranks 1 4 run --resume run -q
-  ]], "continue with: mpirun %-n 3 [^\n]* %-%-resume run\n" },
+  ]], RESUMES },
   { "a network that stops for 30 s ends the run, which goes on", [[
     boot 1; boot 2; boot 3
-    begin 4 ranks 1 2 3 run tiny.lua -q --out run
+    begin 3 ranks 1 2 3 run walk.lua -q --out run
     cut 3
     sleep 30
     join 3
     ended
     ranks 1 2 3 run --resume run -q
-  ]], "continue with: mpirun %-n 3 [^\n]* %-%-resume run\n", long = true },
-  { "hosts lock a run that all see", SHARED:format("run=$folder/run", "lose", ""),
-    "is in use by another process.*is in use by another process" },
+  ]], RESUMES, long = true },
+  { "hosts lock a run that all see", SHARED:format("run=$folder/run", "lose", ""), REFUSED },
   { "hosts lock a run on NFS, also where one is cut off for some time",
-    SHARED:format("share; run=/mnt/run", "cut", "join 2; wait $job || echo status $?"),
-    "is in use by another process.*is in use by another process" },
+    SHARED:format("share; run=/mnt/run", "cut", "join 2; wait $job || echo status $?"), REFUSED,
+    long = true },
   { "jobs of Slurm end at their time limits, and go on", SLURM, "", long = true },
 }
 
@@ -127,17 +136,18 @@ for _, case in ipairs(CASES) do
   suite:test(case[1], function(t)
     if case.long and os.getenv "LIMAX_TESTS" ~= "full" then t:skip "LIMAX_TESTS=full runs it" end
     local folder = t:folder()
-    process.write(folder .. "/tiny.lua", whole_runs.experiment(GENERATIONS, 1))
+    process.write(folder .. "/walk.lua", WAIT:gsub("FOLDER", folder)
+      .. whole_runs.experiment(12, 1):gsub("fitness = function[^\n]*",
+        "%0 while waits(robot.generation) do end"))
     process.write(folder .. "/case.sh", FUNCTIONS .. case[2])
     local script = host.file.absolute(source.folder_of(debug.getinfo(1, "S").source:sub(2))
       .. "/../../support/hosts.sh")
-    local output = process.output(("limax=%s bash %s %s '. \"$folder/case.sh\"' 2>&1; echo status $?")
+    local output = process.output(("limax=%s bash %s %s '. \"$folder/case.sh\"' 2>&1; echo end $?")
       :format(process.quote(host.executable), process.quote(script), process.quote(folder)))
     local reason = output:match "skipped: ([^\n]*)"
     if reason then t:skip(reason) end
-    t:ok(output:find "status 0\n$" and output:find(case[3] or ""), output)
-    local experiment = host.file.exists(folder .. "/walk.lua") and "walk.lua" or "tiny.lua"
-    process.completes(t, folder, { "run", experiment, "-q", "--out", "whole" })
+    t:ok(output:find "end 0\n$" and output:find(case[3]), output)
+    process.completes(t, folder, { "run", "walk.lua", "-q", "--out", "whole" })
     whole_runs.same(t, folder .. "/1/home/run", folder .. "/whole")
   end)
 end
