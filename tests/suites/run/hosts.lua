@@ -73,7 +73,7 @@ array walk.lua --set seed=1,2 --out rates
 for k in 2 3; do cp -r 1/home/.config $k/home; done # with the key that sealed it
 page="$(dirname "$0")/../../scripts/CLUSTER.md"
 (echo "#!/bin/sh"; sed -n '/^#SBATCH --nodes/,/^exec mpirun/p' "$page") >first.sh
-sed 's/run walk.lua --out/run --resume/' first.sh >next.sh
+sed 's/mpirun --bind-to none/srun --mpi=pmix/; s/run walk.lua --out/run --resume/' first.sh >next.sh
 options="--nodes=2 --ntasks-per-node=2 --cpus-per-task=1 --time=2"
 job=$(batch array.sh --time=2)
 batch first.sh $options
