@@ -10,9 +10,9 @@
 #pragma once
 
 #include "backend/cuda/kernels/contact_pairs.h"
+#include "backend/cuda/kernels/grid_faces.h"
+#include "backend/cuda/kernels/grid_tiles.h"
 #include "backend/cuda/kernels/loop.h"
-#include "backend/cuda/kernels/tile_faces.h"
-#include "backend/cuda/kernels/tiles.h"
 
 namespace limax::cuda {
 
@@ -21,7 +21,7 @@ namespace limax::cuda {
 struct grid_robot {
     const grid_arguments& arguments;
     const launch_arguments& launch;
-    tile_memory& shared;
+    grid_memory& shared;
     const int thread, blocks, block;
     const int64_t robot;
     const site_grid grid;
@@ -37,7 +37,7 @@ struct grid_robot {
     int64_t listed = 0;  // step at which contact lists were made
     bool moved = false;  // a mass has moved so far that contact lists are out of date
 
-    __device__ grid_robot(const grid_arguments& all, tile_memory& memory)
+    __device__ grid_robot(const grid_arguments& all, grid_memory& memory)
         : arguments(all),
           launch(all.step),
           shared(memory),
@@ -172,26 +172,9 @@ struct grid_robot {
 
     // Adds up the parts of all threads of the robot in shared.sum_of.
     __device__ void sum_over_robot(const int64_t (&part)[grid_sums]) {
-        for (int i = 0; i < grid_sums; ++i) {
-            const int64_t sum = sum_over_warp(part[i]);
-            if (thread % 32 == 0) shared.part[i][thread / 32] = sum;
-        }
-        __syncthreads();
-        // one of two sets of sums; the other, which all blocks have read, starts again at 0
-        unsigned long long* const sums = arguments.sums + (2 * robot + event % 2) * grid_sums;
-        unsigned long long* const next = arguments.sums + (2 * robot + (event + 1) % 2) * grid_sums;
-        ++event;
-        if (thread < grid_sums) {
-            int64_t sum = 0;
-            for (int warp = 0; warp < warps; ++warp) sum += shared.part[thread][warp];
-            atomicAdd(sums + thread, static_cast<unsigned long long>(sum));
-        }
-        wait();
-        if (thread < grid_sums) {
-            shared.sum_of[thread] = static_cast<int64_t>(__ldcg(sums + thread));
-            if (block == 0) next[thread] = 0;
-        }
-        __syncthreads();
+        for (int i = 0; i < grid_sums; ++i) add_over_warp(part[i], shared.part[i]);
+        add_over_blocks(shared, arguments.sums + robot * (sum_sets * grid_sums),
+                        arguments.arrived + robot, blocks, block == 0, event);
     }
 
     // Moves the origin and all masses if the centre of mass is far away.
@@ -355,7 +338,7 @@ struct grid_robot {
 
     // Impulses of laws on faces.
     __device__ void push_faces(const loop_state& now) const {
-        const tile_faces faces{grid,       masses(), launch.faces + robot * 3 * sites(),
+        const grid_faces faces{grid,       masses(), launch.faces + robot * 3 * sites(),
                                half(side), after,    after + 3 * sites()};
         each_face_law(
             [&](auto effect, int axis) {
@@ -441,6 +424,6 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
     limax_advance(const __grid_constant__ limax::cuda::grid_arguments arguments) {
     using namespace limax::cuda;
     extern __shared__ __align__(16) char memory[];
-    grid_robot robot(arguments, *reinterpret_cast<tile_memory*>(memory));
+    grid_robot robot(arguments, *reinterpret_cast<grid_memory*>(memory));
     run_robot(robot);
 }

@@ -284,11 +284,29 @@ struct grid_launch {
     step_launch<R> step;
     R* after;     // velocities after the kick and impulses of faces, [robot][2][3][site]
     R* exchange;  // masses as springs see them, [robot][2][value][site]
-    unsigned long long* sums;  // over all masses, modulo 2^64, [robot][2][grid_sums]
+    unsigned long long* sums;  // over all masses, modulo 2^64, [robot][sum_sets][grid_sums]
     unsigned* arrived;         // blocks that came to a barrier so far, [robot]
     lattice grid;
     int blocks_of_robot;
 };
+
+// What tiles exchange: 16 bytes that are written and read as one, twelve of a value and the number
+// of the step that it is of.
+struct alignas(16) packet {
+    uint32_t word[3], number;
+};
+// The arguments of the tiles kernel, in which several blocks share a robot. Robots are counted in
+// the launch here; lists are those of tile_plan, and its `cells` are in `step`. All but lists is 0.
+template <class R>
+struct tile_launch {
+    step_launch<R> step;
+    const cell_entry *halo, *inbox;  // masses and forces that a thread receives
+    packet* masses;                  // as springs see them, [robot][packet of a mass][site]
+    packet* forces;  // on corners 1 to 7 of cells, [robot][corner - 1][packet of a force][site]
+    unsigned long long* sums;  // as in grid_launch
+    unsigned* arrived;         // at barriers; at the first one; tiles with masses, [robot][3]
+};
+
 // Sums over all masses of a robot: two words of the centre of mass along each axis, masses that
 // touch a contact; on the grid path also masses and springs beyond a limit. Whole numbers add
 // up to the same in any order, so that no path and no number of threads or blocks changes a bit.
@@ -302,6 +320,7 @@ enum sum_over_masses {
     sum_coarse = 10,
     grid_sums = 11
 };
+inline constexpr int sum_sets = 3;  // of a robot that several blocks share
 
 // Results of the prepare kernel for one robot.
 struct prepared_robot {
@@ -357,8 +376,8 @@ struct measure_launch {
 inline constexpr int prepare_threads = 512, measure_threads = 256, summarize_threads = 64;
 
 // Bytes of arguments that drivers and compilers support since CUDA 12.1.
-static_assert(sizeof(grid_launch<double>) <= 32764 && sizeof(prepare_launch<double>) <= 32764 &&
-              sizeof(measure_launch<double>) <= 32764);
+static_assert(sizeof(grid_launch<double>) <= 32764 && sizeof(tile_launch<double>) <= 32764 &&
+              sizeof(prepare_launch<double>) <= 32764 && sizeof(measure_launch<double>) <= 32764);
 
 // The arguments of the summarize kernel.
 struct summarize_launch {

@@ -1,214 +1,490 @@
-// tiles.h: how a lattice that is too large for a block is stored in tiles in global memory: places,
-// the exchange of masses between blocks, their barrier, the forces of springs on the masses of a
-// tile. Compiled with the defines of grid.h. SI units.
+// tiles.h: the tiles path: runs of robots that are too large for a block, each block with a tile of
+// the lattice for the whole launch. A thread owns cells (cells.h), as on the block path: the state
+// of their masses and the parameters of their springs are in registers and shared memory. Tiles
+// exchange two things per step, as packets with the step's number (tile_memory.h): masses on the
+// low sides of a tile are shown to the tiles below, whose cells on high sides read them and send
+// back the sums of their forces. Every sum of a mass has the order of cells.h, whatever the tiles.
+// All tiles of a robot must be on the GPU at once. Order of a step:
+//   cells of round 0, which end within the tile
+//   masses of other tiles arrive; the other cells; those on high sides send
+//   forces of other tiles arrive; masses, first those that other tiles wait for
+// Compiled for one scene without laws on faces, contacts of masses or a solid (scene.h), lattice
+// (springs.h) and plan (tile_plan.h):
+//   LIMAX_ROW, LIMAX_PLANE       places between neighbours along y and z in shared memory
+//   LIMAX_PLACES                 places of a tile and of one layer beyond it
+//   LIMAX_OWN_PLACES             those up to its last mass
+//   LIMAX_TILES, LIMAX_ROUNDS    tiles of a robot, cells of a thread
+//   LIMAX_HALO, LIMAX_INBOX      most masses and forces that a thread receives
+//   LIMAX_THREADS                threads of a block
+//   LIMAX_SHARED_BYTES           dynamic shared memory of a block
+// SI units.
 #pragma once
 
-#include "backend/cuda/kernels/block_memory.h"
-#include "backend/cuda/kernels/control.h"
-#include "backend/cuda/kernels/run.h"
-#include "backend/cuda/kernels/springs.h"
+#include "backend/cuda/kernels/loop.h"
+#include "backend/cuda/kernels/tile_memory.h"
 
 namespace limax::cuda {
 
-constexpr int threads = LIMAX_THREADS, warps = threads / 32;
-constexpr int tile_x = LIMAX_TILE_X, tile_y = LIMAX_TILE_Y, tile_z = LIMAX_TILE_Z;
-constexpr int tile_masses = tile_x * tile_y * tile_z;
-// The window of a tile reaches one site beyond it on every side.
-constexpr int window_x = tile_x + 2, window_y = tile_y + 2, window_z = tile_z + 2;
-constexpr int window = window_x * window_y * window_z;
-// Its cells begin one site before it.
-constexpr int cells_x = tile_x + 1, cells_y = tile_y + 1, cells_z = tile_z + 1;
-constexpr int tile_cells = cells_x * cells_y * cells_z;
-// Values of a mass that its springs read.
-constexpr int exchanged = shares_velocity ? 6 : 3;
-// Whether the velocity that forces read must be stored too: then it is in the columns of the next
-// velocity, which only the end of a slice needs.
-constexpr bool keeps_prediction = leapfrog && !shares_velocity;
+static_assert(!has_faces && !meets && !has_solid);
 
-struct tile_memory {
-    corner_columns<window> at;
-    sum_columns<tile_masses, 0> sum;
-    effects::actuation::moment<real> moments[check_interval];  // of the muscles, from the
-                                                               // last event on
-    int64_t part[grid_sums][warps];
-    int64_t sum_of[grid_sums];
-    step_times times;
-    double shift[3];  // of the origin, m
-    int moved, broken;
-    double touching;
-    robot_record record;  // every block keeps its own, and they agree
-    int64_t stop;
-    control_block control;
-};
-static_assert(sizeof(tile_memory) <= LIMAX_SHARED_BYTES);
+// One thread's part of a tile: its cells and their masses.
+struct tile_robot {
+    const tile_arguments& arguments;
+    const launch_arguments& launch;
+    tile_memory& shared;
+    const int thread;
+    // of a mass what only its thread reads; the rest is in shared memory
+    mass_state mass[rounds];
+    real next_velocity[rounds][3];
+    spring_parameters springs[rounds][cube_classes];
+    // of a cell's lowest corner: place, and from bit 16 on tile_flags; below 0 without a mass
+    int cell[rounds];
+    unsigned masses_expected = 0, forces_expected = 0;  // bits as receive() takes them
+    uint32_t number = 1;                                // of the masses that are shown
+    int event = 0;                                      // of this launch
+    scene_params params;
 
-// A place in the lattice.
-struct place {
-    int x, y, z;
-    __device__ bool inside(const site_grid& grid) const {
-        return x >= 0 && y >= 0 && z >= 0 && x < grid.x && y < grid.y && z < grid.z;
+    __device__ tile_robot(const tile_arguments& all, tile_memory& memory)
+        : arguments(all),
+          launch(all.step),
+          shared(memory),
+          thread(threadIdx.x),
+          params(all.step.params) {
+        for (int place = thread; place < places; place += threads) shared.at.store(place, {});
+        for (int i = thread; i < (corners - 1) * own_places; i += threads)
+            shared.sum.store_at(i, {});
+        __syncthreads();
+        load_masses();
+        expect_packets();
+        load_springs();
     }
-    __device__ int site(const site_grid& grid) const { return grid.at(x, y, z); }
-};
 
-// Tiles of the lattice along an axis.
-__device__ constexpr int tiles_along(int sites, int of_tile) {
-    return (sites + of_tile - 1) / of_tile;
-}
-__device__ constexpr int tiles_of(const site_grid& grid) {
-    return tiles_along(grid.x, tile_x) * tiles_along(grid.y, tile_y) * tiles_along(grid.z, tile_z);
-}
-__device__ inline place tile_base(const site_grid& grid, int tile) {
-    const int tiles_x = tiles_along(grid.x, tile_x), tiles_y = tiles_along(grid.y, tile_y);
-    return {tile % tiles_x * tile_x, tile / tiles_x % tiles_y * tile_y,
-            tile / (tiles_x * tiles_y) * tile_z};
-}
+    // ---- where things are, computed at each use so that it occupies no register between ----
 
-using grid_arguments = grid_launch<real>;
+    __device__ static int tile() { return int(blockIdx.x) % LIMAX_TILES; }
+    __device__ static int robot_of_launch() { return int(blockIdx.x) / LIMAX_TILES; }
+    __device__ int64_t index() const { return launch.running[robot_of_launch()]; }
+    __device__ bool leads() const { return shared.rank == 0; }
+    __device__ const float* masses() const { return launch.mass + index() * sites; }
+    __device__ real* state() const { return launch.state + index() * (state_columns * sites); }
+    __device__ const float* columns() const {
+        return launch.springs + index() * (stored_columns * direction_count * sites);
+    }
+    __device__ packet* shown_masses() const {
+        return arguments.masses + int64_t(robot_of_launch()) * (shown_mass::packets * sites);
+    }
+    __device__ packet* forces_on(int corner) const {
+        return arguments.forces + (int64_t(robot_of_launch()) * (corners - 1) + corner - 1) *
+                                      (sent_force::packets * sites);
+    }
+    __device__ unsigned* arrived() const { return arguments.arrived + 3 * robot_of_launch(); }
+    __device__ const cell_entry* halo() const {
+        return arguments.halo + tile() * (LIMAX_HALO * threads) + thread;
+    }
+    __device__ const cell_entry* inbox() const {
+        return arguments.inbox + tile() * (LIMAX_INBOX * threads) + thread;
+    }
+    __device__ cell_entry entry(int round) const {
+        return launch.cells[(tile() * rounds + round) * threads + thread];
+    }
+    __device__ int place(int round) const { return cell[round] & 0xffff; }
+    __device__ bool flag(int round, int bit) const { return cell[round] >> (16 + bit) & 1; }
+    __device__ int slot(int round) const { return round * threads + thread; }
+    __device__ cell_parameters parameters(int round) {
+        return {springs[round], shared, slot(round), {}};
+    }
+    // There is none.
+    __device__ robot_solid solid() const { return solid_of(launch, index(), sites, nullptr); }
+    __device__ void wait() const { __syncthreads(); }
 
-// Calls visit(site, index within the tile) for this thread's masses of a tile.
-template <class Visit>
-__device__ inline void each_site(const site_grid& grid, int tile, const Visit& visit) {
-    const place base = tile_base(grid, tile);
-    for (int index = threadIdx.x; index < tile_masses; index += threads) {
-        const place at{base.x + index % tile_x, base.y + index / tile_x % tile_y,
-                       base.z + index / (tile_x * tile_y)};
-        if (at.inside(grid)) visit(at.site(grid), index);
-    }
-}
-
-// Other blocks write what is read here: the reads bypass the first-level cache.
-__device__ inline corner exchanged_corner(const site_grid& grid, const real* column, int site) {
-    const int sites = grid.count();
-    corner c{};
-    c.x = __ldcg(column + site);
-    c.y = __ldcg(column + sites + site);
-    c.z = __ldcg(column + 2 * sites + site);
-    if constexpr (shares_velocity) {
-        c.vx = __ldcg(column + 3 * sites + site);
-        c.vy = __ldcg(column + 4 * sites + site);
-        c.vz = __ldcg(column + 5 * sites + site);
-    }
-    return c;
-}
-__device__ inline void exchange_corner(const site_grid& grid, real* column, int site,
-                                       const corner& c) {
-    const int sites = grid.count();
-    column[site] = c.x;
-    column[sites + site] = c.y;
-    column[2 * sites + site] = c.z;
-    if constexpr (shares_velocity) {
-        column[3 * sites + site] = c.vx;
-        column[4 * sites + site] = c.vy;
-        column[5 * sites + site] = c.vz;
-    }
-}
-
-// A barrier of all blocks of the robot; what they wrote before is visible after it.
-__device__ inline void meet(unsigned* arrived, int blocks) {
-    __syncthreads();
-    if (blocks == 1) return;
-    if (threadIdx.x == 0) {
-        __threadfence();
-        const unsigned before = atomicAdd(arrived, 1u);
-        const unsigned goal = (before / blocks + 1) * blocks;
-        unsigned now;
-        do {
-            asm volatile("ld.acquire.gpu.u32 %0, [%1];" : "=r"(now) : "l"(arrived) : "memory");
-        } while (now < goal);
-    }
-    __syncthreads();
-}
-
-__device__ constexpr int window_corner(int number) {
-    return (number & 1) + (number >> 1 & 1) * window_x + (number >> 2) * (window_x * window_y);
-}
-__device__ constexpr int tile_corner(int number) {
-    return (number & 1) + (number >> 1 & 1) * tile_x + (number >> 2) * (tile_x * tile_y);
-}
-
-// A cell of a tile: in the lattice, within the tile (-1 before it), and its places in memory.
-struct tile_cell {
-    place at, within;
-    int in_window, in_tile;
-
-    __device__ tile_cell(const site_grid& grid, int tile, int index)
-        : within{index % cells_x - 1, index / cells_x % cells_y - 1,
-                 index / (cells_x * cells_y) - 1} {
-        const place base = tile_base(grid, tile);
-        at = {base.x + within.x, base.y + within.y, base.z + within.z};
-        in_window = (within.x + 1) + window_x * ((within.y + 1) + window_y * (within.z + 1));
-        in_tile = within.x + tile_x * (within.y + tile_y * within.z);
-    }
-    __device__ bool reaches(const site_grid& grid, int c) const {
-        return at.x + (c & 1) < grid.x && at.y + (c >> 1 & 1) < grid.y && at.z + (c >> 2) < grid.z;
-    }
-    __device__ int axes(const site_grid& grid) const {
-        return (reaches(grid, 1) ? 1 : 0) | (reaches(grid, 2) ? 2 : 0) | (reaches(grid, 4) ? 4 : 0);
-    }
-    __device__ bool ends_in_tile(int c) const {
-        const int x = within.x + (c & 1), y = within.y + (c >> 1 & 1), z = within.z + (c >> 2);
-        return x >= 0 && y >= 0 && z >= 0 && x < tile_x && y < tile_y && z < tile_z;
-    }
-};
-
-// Forces on the masses of a tile, of all springs that end in it. Loads the first
-// parameters, then the masses of the window.
-__device__ inline void tile_forces(const site_grid& grid, const launch_arguments& launch,
-                                   const float* columns, const real* seen, int tile,
-                                   const effects::actuation::moment<real>& now,
-                                   tile_memory& shared) {
-    // they never change and are in global memory: loaded a cell ahead
-    held_cube springs;
-    const auto fetch = [&](int index) {
-        if (index >= tile_cells) return;
-        const tile_cell cell(grid, tile, index);
-        if (cell.at.inside(grid))
-            load_cube(springs, grid, columns, cell.at.site(grid), cell.axes(grid));
-    };
-    fetch(threadIdx.x);
-    const place base = tile_base(grid, tile);
-    for (int index = threadIdx.x; index < window; index += threads) {
-        const place at{base.x + index % window_x - 1, base.y + index / window_x % window_y - 1,
-                       base.z + index / (window_x * window_y) - 1};
-        if (at.inside(grid)) shared.at.store(index, exchanged_corner(grid, seen, at.site(grid)));
-    }
-    __syncthreads();
-    for (int index = threadIdx.x; index < tile_cells; index += threads) {
-        const tile_cell cell(grid, tile, index);
-        const auto store = [&](int c, const force& sum) {
-            if (cell.ends_in_tile(c) && cell.reaches(grid, c))
-                shared.sum.store(c, cell.in_tile + tile_corner(c), sum);
-        };
-        if (cell.at.inside(grid)) {
-            // A spring to a corner that does not exist has no stiffness, and gets no length.
-            cube_forces<false>(
-                launch, springs, now,
-                [&](int c) {
-                    return shared.at.load(cell.in_window +
-                                          (cell.reaches(grid, c) ? window_corner(c) : 0));
-                },
-                store);
-        } else {
-            // a mass on the lattice's low side is not a corner of such a cell
+    // Calls visit(round) for this thread's cells that have a mass.
+    template <class Visit>
+    __device__ void each_cell(const Visit& visit) {
 #pragma unroll
-            for (int c = 0; c < corners; ++c) store(c, {});
+        for (int k = 0; k < rounds; ++k)
+            if (cell[k] >= 0) visit(k);
+    }
+    // The same, with the masses complete.
+    template <class Visit>
+    __device__ void each_mass(const Visit& visit) {
+        each_cell([&](int k) {
+            mass_state& m = mass[k];
+            const auto weights = shared.weights[slot(k)];
+            m.mass = weights.x;
+            m.inverse_mass = weights.y;
+            m.root_mass = weights.z;
+            take_corner(m, shared.at.load(place(k)));
+            if (!shares_velocity && !leapfrog)
+                for (int axis = 0; axis < 3; ++axis) m.predicted[axis] = m.velocity[axis];
+            visit(k);
+        });
+    }
+
+    // ---- the beginning of a launch ----
+
+    // Loads this thread's masses as the last launch stored them. Places without a mass stay.
+    __device__ void load_masses() {
+#pragma unroll
+        for (int k = 0; k < rounds; ++k) {
+            const cell_entry own = entry(k);
+            cell[k] = -1;
+            mass[k] = {};
+            for (real& velocity : next_velocity[k]) velocity = 0;
+            if (own.site < 0) continue;
+            load_mass(mass[k], next_velocity[k], masses()[own.site], state() + own.site, sites);
+            shared.at.store(own.axes & 0xffff, corner_of(mass[k]));
+            shared.weights[slot(k)] = {mass[k].mass, mass[k].inverse_mass, mass[k].root_mass, 0};
+            if (masses()[own.site] != 0.0f) cell[k] = own.axes;
         }
-        fetch(index + threads);
     }
-    __syncthreads();
-}
 
-__device__ inline force force_on(int index, const tile_memory& shared) {
-    force total = shared.sum.load(0, index);
-#pragma unroll
-    for (int c = 1; c < corners; ++c) {
-        const force part = shared.sum.load(c, index);
-        total.x += part.x;
-        total.y += part.y;
-        total.z += part.z;
+    // Finds out which packets come. A tile receives a mass of another where it sends a force to it,
+    // so that no mass is shown again before all have read it: cell and mass must both be there.
+    __device__ void expect_packets() {
+        constexpr site_grid grid{lattice{}};
+        const float* const mass_at = masses();
+        for (int i = 0; i < LIMAX_HALO; ++i) {
+            const cell_entry e = halo()[i * threads];
+            if (e.site < 0) continue;
+            mass_state m;
+            real unused[3];
+            load_mass(m, unused, mass_at[e.site], state() + e.site, sites);
+            shared.at.store(e.axes & 0xffff, corner_of(m));
+            bool any = false;
+            for (int c = 1; c < corners; ++c)
+                if (e.axes >> (16 + c) & 1) any |= mass_at[e.site - grid.corner(c)] != 0.0f;
+            if (any && mass_at[e.site] != 0.0f) masses_expected |= 1u << i;
+        }
+        for (int i = 0; i < LIMAX_INBOX; ++i) {
+            const cell_entry e = inbox()[i * threads];
+            if (e.site < 0) continue;
+            const int site = e.site % (sent_force::packets * sites);
+            const int c = e.site / (sent_force::packets * sites) + 1;
+            if (mass_at[site] != 0.0f && mass_at[site - grid.corner(c)] != 0.0f)
+                forces_expected |= 1u << i;
+        }
     }
-    return total;
-}
+
+    // Loads the springs' parameters; those of a controlled robot as the last tick made them.
+    __device__ void load_springs() {
+        constexpr site_grid grid{lattice{}};
+        each_cell([&](int k) {
+            const int site = entry(k).site;
+            const int axes = (site % grid.x + 1 < grid.x ? 1 : 0) |
+                             (site / grid.x % grid.y + 1 < grid.y ? 2 : 0) |
+                             (site / (grid.x * grid.y) + 1 < grid.z ? 4 : 0);
+            held_cube all{};
+            load_cube(all, grid, columns(), site, axes);
+            parameters(k).store(all);
+        });
+    }
+    __device__ void drive_springs() {
+        constexpr site_grid grid{lattice{}};
+        const control_state now =
+            control_state_of(launch.control.columns, launch.scene, shared.record, index(),
+                             lattice{LIMAX_NX, LIMAX_NY, LIMAX_NZ}.voxels());
+        each_cell([&](int k) {
+            each_constant<cube_springs>([&](auto i) {
+                constexpr cube_spring s = cube_spring_at(i.value);
+                constexpr parameter_place at = cube_place(i.value);
+                if constexpr (at.other < 0) {
+                    float(&value)[spring_columns] = springs[k][at.of_class].value;
+                    if (!(value[0] > 0.0f)) return;
+                    const auto driven =
+                        driven_at(launch, now, grid, columns(), s.direction,
+                                  entry(k).site + grid.corner(s.near), stored_drive(now));
+                    value[spring_columns - 2] = driven.at_tick;
+                    value[spring_columns - 1] = driven.per_step;
+                }
+            });
+        });
+    }
+
+    // Counts the tiles of the robot that have masses, once all are there. Returns whether this is
+    // one of them.
+    __device__ bool join() {
+        bool any = false;
+        each_cell([&](int) { any = true; });
+        any = __syncthreads_or(any);
+        if (thread == 0 && any) shared.rank = int(atomicAdd(arrived() + 2, 1u));
+        meet(arrived() + 1, LIMAX_TILES);
+        if (thread == 0) shared.tiles = int(__ldcg(arrived() + 2));
+        __syncthreads();
+        return any;
+    }
+
+    // Ends the step that the last launch left between kick and drift, where both velocities are
+    // stored, and publishes all masses.
+    __device__ void begin_masses() {
+        const robot_record& record = shared.record;
+        if constexpr (controlled) {
+            shared.control.load(launch, record, index(), threads);
+            __syncthreads();
+            drive_springs();
+        }
+        each_mass([&](int k) {
+            if (record.begun)
+                finish(k, times_at(record, record.step), number);
+            else
+                publish(k, number);
+        });
+        __syncthreads();
+    }
+
+    // ---- an event ----
+
+    // Sums over all masses, and notes what breaks a limit. Returns false when the robot has
+    // diverged.
+    __device__ bool check_limits(int64_t step) {
+        robot_record& record = shared.record;
+        receive_masses();
+        __syncthreads();
+        const bool limited = step % check_interval == 0 || step == record.steps;
+        const bool contact = touchable && step == record.next_sample[sample_contact];
+        const auto coarse = real(coarse_speed(launch.rest[0], record.time_step));
+        int broken = 0, touching = 0;
+        each_mass([&](int k) {
+            touching += contact && touches(mass[k], params);
+            if (!limited) return;
+            broken |= broken_by_mass(mass[k], launch, coarse);
+            if (cube_stretched(launch, parameters(k),
+                               [&](int c) { return shared.at.load(place(k) + corner_place(c)); }))
+                broken |= limit_stretch;
+        });
+        const auto add = [&](int sum, int64_t value) { add_over_warp(value, shared.part[sum]); };
+        add(sum_touching, touching);
+        add(sum_nonfinite, broken & limit_nonfinite ? 1 : 0);
+        add(sum_speed, broken & limit_speed ? 1 : 0);
+        add(sum_stretch, broken & limit_stretch ? 1 : 0);
+        add(sum_coarse, broken & limit_coarse ? 1 : 0);
+        add_center();
+        add_over_robot();
+        const int64_t* const sums = shared.sum_of;
+        if (thread == 0 && sums[sum_coarse] != 0) record.coarse = 1;
+        if (sums[sum_nonfinite] + sums[sum_speed] + sums[sum_stretch] == 0) return true;
+        if (thread == 0)
+            note_divergence(record, step, sums[sum_nonfinite] != 0, sums[sum_speed] != 0);
+        return false;
+    }
+    __device__ void add_over_robot() {
+        add_over_blocks(shared, arguments.sums + robot_of_launch() * (sum_sets * grid_sums),
+                        arrived(), shared.tiles, leads(), event);
+    }
+    __device__ void add_center() {
+        const double of_total = 1.0 / shared.record.total_mass;
+        // one axis at a time: registers are scarce here
+#pragma unroll 1
+        for (int axis = 0; axis < 3; ++axis) {
+            int64_t words[2] = {};
+            each_mass([&](int k) {
+                const real* x = mass[k].position;
+                add_to_center(words, double(mass[k].mass) * of_total,
+                              double(axis == 0   ? x[0]
+                                     : axis == 1 ? x[1]
+                                                 : x[2]));
+            });
+            for (int word = 0; word < 2; ++word)
+                add_over_warp(words[word], shared.part[sum_center + 2 * axis + word]);
+        }
+    }
+
+    // Moves the origin and all masses if the centre of mass is far away.
+    __device__ void take_center(int64_t step) {
+        robot_record& record = shared.record;
+        __syncthreads();
+        if (thread == 0)
+            shared.moved = note_center(launch, record, step, shared.sum_of, shared.shift, leads());
+        __syncthreads();
+        if (!shared.moved) return;
+        ++number;
+        each_mass([&](int k) {
+            shift_mass(mass[k], shared.shift);
+            publish(k, number);
+        });
+        follow_origin(params, launch.scene, record.origin, time_of(record, step));
+    }
+
+    __device__ void take_contact() {
+        __syncthreads();
+        if (thread == 0) note_contact(launch, shared.record, shared.sum_of[sum_touching], leads());
+    }
+
+    // Lets the controller act. Returns false if it gave a value that is not finite.
+    __device__ bool take_tick(int64_t /*step*/) {
+        constexpr site_grid grid{lattice{}};
+        robot_record& record = shared.record;
+        receive_masses();
+        __syncthreads();
+        if constexpr (senses_body) sense_body();
+        const int64_t tick = record.ticks;
+        bool finite = true;
+#pragma unroll 1
+        for (int k = 0; k < rounds; ++k) {
+            const cell_entry own = entry(k);
+            const int x = own.site % grid.x, y = own.site / grid.x % grid.y,
+                      z = own.site / (grid.x * grid.y);
+            if (own.site < 0 || x == LIMAX_NX || y == LIMAX_NY || z == LIMAX_NZ) continue;
+            finite &= tick_voxel(
+                launch, record, params, index(), tick, grid, x, y, z,
+                shared.control.genes_of(launch, index()), shared.control.whole,
+                shared.control.per_gravity,
+                [&](int, int c) { return shared.at.load((own.axes & 0xffff) + corner_place(c)); },
+                [](int, int, real) {});
+        }
+        add_over_warp(!finite, shared.part[sum_nonfinite]);
+        add_over_robot();
+        if (shared.sum_of[sum_nonfinite] != 0) return false;
+        if (thread == 0) count_tick(record);
+        __syncthreads();
+        drive_springs();
+        return true;
+    }
+
+    // What the controller senses of the body as a whole.
+    __device__ void sense_body() {
+        constexpr site_grid grid{lattice{}};
+        const double of_total = 1.0 / shared.record.total_mass;
+#pragma unroll 1
+        for (int first = 0; first < sensors::body_sums; first += grid_sums) {
+            const int count = smaller(int(grid_sums), sensors::body_sums - first);
+#pragma unroll 1
+            for (int i = 0; i < count; ++i) {
+                int64_t part = 0;
+                each_cell([&](int k) {
+                    const int site = entry(k).site;
+                    part += part_of_body(first + i, shared.at.load(place(k)), masses()[site], grid,
+                                         site, of_total);
+                });
+                add_over_warp(part, shared.part[i]);
+            }
+            add_over_robot();
+            if (thread < count) shared.control.sums[first + thread] = shared.sum_of[thread];
+            __syncthreads();
+        }
+        if (thread == 0)
+            sense_whole(launch, shared.record, shared.control.sums, nullptr, shared.control.whole);
+        __syncthreads();
+    }
+
+    // The muscles' moments of the steps up to the next event.
+    __device__ void prepare_steps(int64_t step, int steps) {
+        if constexpr (controlled) {
+            if (thread == 0)
+                shared.control.since_tick = real(steps_since_tick(shared.record, step));
+        } else if constexpr (actuated)
+            for (int i = thread; i < steps; i += threads)
+                shared.moments[i] = moment_at(launch, shared.record, step + i);
+    }
+
+    // ---- a step ----
+
+    __device__ void receive_masses() {
+        receive<shown_mass, LIMAX_HALO>(halo(), shown_masses(), masses_expected, number,
+                                        [&](int at, const shown_mass& m) {
+                                            shared.at.store(at & 0xffff, limax::cuda::corner_of(m));
+                                        });
+    }
+    __device__ void receive_forces() {
+        receive<sent_force, LIMAX_INBOX>(
+            inbox(), forces_on(1), forces_expected, number, [&](int at, const sent_force& f) {
+                shared.sum.store_at(at, {f.value[0], f.value[1], f.value[2]});
+            });
+    }
+
+    // Forces of the springs of a cell: that on its own mass is returned.
+    __device__ force sum_springs(int k, const effects::actuation::moment<real>& now) {
+        const int at = place(k);
+        force own{};
+        cube_forces<false>(
+            launch, parameters(k), now, [&](int c) { return shared.at.load(at + corner_place(c)); },
+            [&](int c, const force& sum) {
+                if (c == 0) {
+                    own = sum;
+                    return;
+                }
+                if (flag(k, c)) shared.sum.store(c, at + corner_place(c), sum);
+                if (k > 0 && flag(k, 7 + c)) {
+                    constexpr site_grid grid{lattice{}};
+                    sent_force{{sum.x, sum.y, sum.z}}.send_to(
+                        forces_on(c) + entry(k).site + grid.corner(c), number);
+                }
+            });
+        return own;
+    }
+    __device__ force force_on(const force& own, int at) const {
+        force total = own;
+#pragma unroll
+        for (int c = 1; c < corners; ++c) {
+            const force part = shared.sum.load(c, at);
+            total.x += part.x;
+            total.y += part.y;
+            total.z += part.z;
+        }
+        return total;
+    }
+
+    // Forces of springs, then everything that acts on masses, up to the end of the step.
+    __device__ void kick_masses(const loop_state& now) {
+        const auto muscles = moment_of(shared, now);
+        force own[rounds] = {};
+        each_cell([&](int k) {
+            if (k == 0) own[k] = sum_springs(k, muscles);
+        });
+        receive_masses();
+        __syncthreads();
+        each_cell([&](int k) {
+            if (k > 0) own[k] = sum_springs(k, muscles);
+        });
+        receive_forces();
+        __syncthreads();
+        const auto moment =
+            scripted_moment_at(launch, shared.record, shared.record.step + now.since_event);
+        if constexpr (has_motion) move_contacts(params, launch.scene, moment.origin, moment.time);
+        each_mass([&](int k) {
+            begin_mass(mass[k], force_on(own[k], place(k)), {}, params, moment, shared.times.h,
+                       next_velocity[k]);
+            finish(k, shared.times, number + 1);
+        });
+    }
+    __device__ void finish(int k, const step_times& times, uint32_t of) {
+        finish_mass(mass[k], next_velocity[k], times.dt, times.share);
+        publish(k, of);
+    }
+    // Shows a mass to the springs of this tile, and to those of others that wait for this number.
+    __device__ void publish(int k, uint32_t of) {
+        const corner c = limax::cuda::corner_of(mass[k]);
+        shared.at.store(place(k), c);
+        if (flag(k, 0)) shown(c).send_to(shown_masses() + entry(k).site, of);
+    }
+
+    // After all masses have moved.
+    __device__ void begin_step(int64_t /*step*/) {
+        __syncthreads();
+        ++number;
+    }
+
+    // ---- the end of a launch ----
+
+    // Stores what the next launch, or the host, reads: all of a mass before the last kick, or where
+    // the robot diverged, and the velocity after that kick.
+    __device__ void store_masses() {
+        each_mass([&](int k) { store_mass(mass[k], state() + entry(k).site, sites); });
+    }
+    __device__ void store_kick() {
+        each_cell([&](int k) { limax::cuda::store_kick(mass[k], state() + entry(k).site, sites); });
+    }
+    __device__ void store_record() {
+        __syncthreads();
+        if (leads()) copy_record(launch.records[index()], shared.record, thread, threads);
+    }
+};
 
 }  // namespace limax::cuda
+
+extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, 1)
+    limax_advance(const __grid_constant__ limax::cuda::tile_arguments arguments) {
+    using namespace limax::cuda;
+    extern __shared__ __align__(16) char memory[];
+    tile_robot robot(arguments, *reinterpret_cast<tile_memory*>(memory));
+    if (robot.join()) run_robot(robot);
+}

@@ -1,14 +1,14 @@
-// tile_faces.h: laws on faces where masses are in tiles in global memory (tiles.h). SI units.
+// grid_faces.h: laws on faces where masses are in tiles in global memory (grid_tiles.h). SI units.
 #pragma once
 
 #include "backend/cuda/kernels/faces.h"
-#include "backend/cuda/kernels/tiles.h"
+#include "backend/cuda/kernels/grid_tiles.h"
 
 namespace limax::cuda {
 
 // One robot's columns, [..][site]. Other blocks write what is read of other sites: those reads go
 // to the memory that all share.
-struct tile_faces {
+struct grid_faces {
     const site_grid& grid;
     const float* masses;
     const float* lightest;  // of the corners of the face across each axis, kg, [3]

@@ -1,0 +1,193 @@
+// tile_memory.h: a tile of a lattice in the shared memory of a block (tiles.h): its masses and the
+// layer beyond that its springs end at, sums of forces, what never changes of springs and masses;
+// and the packets in which tiles exchange masses and forces. Compiled with the defines of tiles.h.
+// SI units.
+#pragma once
+
+#include "backend/cuda/kernels/block_memory.h"
+#include "backend/cuda/kernels/control.h"
+#include "backend/cuda/kernels/robot_sums.h"
+#include "backend/cuda/kernels/run.h"
+#include "backend/cuda/kernels/springs.h"
+
+namespace limax::cuda {
+
+constexpr int sites = site_grid(lattice{}).count();
+constexpr int threads = LIMAX_THREADS, warps = threads / 32, rounds = LIMAX_ROUNDS;
+constexpr int places = LIMAX_PLACES, own_places = LIMAX_OWN_PLACES;
+constexpr int slots = rounds * threads;
+
+using tile_arguments = tile_launch<real>;
+
+LIMAX_LAW constexpr int corner_place(int number) {
+    return (number & 1) + (number >> 1 & 1) * LIMAX_ROW + (number >> 2) * LIMAX_PLANE;
+}
+
+struct tile_memory {
+    corner_columns<places> at;       // every mass that a spring ends at
+    sum_columns<own_places, 1> sum;  // forces of cells on masses other than their own
+    float4 damping[damped ? 3 : 1][damped ? slots : 1];  // c of springs 0 to 11 of a cell
+    float last_damping[damped ? slots : 1];              // of spring 12
+    typename wide<real>::four weights[slots];
+    effects::actuation::moment<real> moments[check_interval];  // of the muscles, from the
+                                                               // last event on
+    int64_t part[grid_sums][warps];
+    int64_t sum_of[grid_sums];
+    step_times times;
+    double shift[3];  // of the origin, m
+    int moved;
+    int rank, tiles;      // of the tiles of this robot that have masses: which, how many
+    robot_record record;  // every tile keeps its own, and they agree
+    int64_t stop;
+    control_block control;
+};
+static_assert(sizeof(tile_memory) <= LIMAX_SHARED_BYTES);
+
+// ---- packets: a reader asks until the number is the one that it waits for. Nothing else orders
+// two tiles: no flag, fence or barrier ----
+
+__device__ inline void send(packet* to, const packet& p) {
+#if defined(__CUDA_ARCH__)
+    asm volatile(
+        "{\n\t.reg .b64 low, high;\n\t.reg .b128 all;\n\t"
+        "mov.b64 low, {%1, %2};\n\tmov.b64 high, {%3, %4};\n\tmov.b128 all, {low, high};\n\t"
+        "st.relaxed.gpu.global.b128 [%0], all;\n\t}" ::"l"(to),
+        "r"(p.word[0]), "r"(p.word[1]), "r"(p.word[2]), "r"(p.number)
+        : "memory");
+#else
+    *to = p;
+#endif
+}
+__device__ inline packet look(const packet* at) {
+    packet p;
+#if defined(__CUDA_ARCH__)
+    asm volatile(
+        "{\n\t.reg .b64 low, high;\n\t.reg .b128 all;\n\t"
+        "ld.relaxed.gpu.global.b128 all, [%4];\n\tmov.b128 {low, high}, all;\n\t"
+        "mov.b64 {%0, %1}, low;\n\tmov.b64 {%2, %3}, high;\n\t}"
+        : "=r"(p.word[0]), "=r"(p.word[1]), "=r"(p.word[2]), "=r"(p.number)
+        : "l"(at)
+        : "memory");
+#else
+    p = *at;
+    pause_thread();
+#endif
+    return p;
+}
+// The sender is on the GPU too, so this ends; after many seconds something is wrong.
+__device__ inline void wait_for(packet& p, const packet* at, uint32_t number) {
+    for (int tries = 0; p.number != number; ++tries) {
+        if (tries == 1 << 26) __trap();
+        p = look(at);
+    }
+}
+
+// Some numbers, as packets that are `sites` apart.
+template <int count>
+struct parcel {
+    static constexpr int packets = count * int(sizeof(real)) / int(sizeof(packet::word));
+    struct words {
+        uint32_t of[packets][3];
+    };
+    real value[count];
+
+    __device__ void send_to(packet* to, uint32_t number) const {
+        const words all = bits_as<words>(*this);
+#pragma unroll
+        for (int i = 0; i < packets; ++i)
+            send(to + i * sites, {{all.of[i][0], all.of[i][1], all.of[i][2]}, number});
+    }
+};
+using shown_mass = parcel<shares_velocity ? 6 : 3>;
+using sent_force = parcel<3>;
+
+__device__ inline shown_mass shown(const corner& c) {
+    if constexpr (shares_velocity)
+        return {{c.x, c.y, c.z, c.vx, c.vy, c.vz}};
+    else
+        return {{c.x, c.y, c.z}};
+}
+__device__ inline corner corner_of(const shown_mass& m) {
+    if constexpr (shares_velocity)
+        return {m.value[0], m.value[1], m.value[2], m.value[3], m.value[4], m.value[5]};
+    else
+        return {m.value[0], m.value[1], m.value[2]};
+}
+
+// Receives what a thread expects of a list: bit i of `expected` for entry i * threads. Calls
+// take(place, parcel) for each; several are on their way at once.
+template <class Parcel, int entries, class Take>
+__device__ inline void receive(const cell_entry* list, const packet* from, unsigned expected,
+                               uint32_t number, const Take& take) {
+    constexpr int at_once = 4 / Parcel::packets > 0 ? 4 / Parcel::packets : 1;
+#pragma unroll
+    for (int first = 0; first < entries; first += at_once) {
+        cell_entry entry[at_once];
+        packet p[at_once][Parcel::packets];
+#pragma unroll
+        for (int i = 0; i < at_once; ++i)
+            if (expected >> (first + i) & 1u) {
+                entry[i] = list[(first + i) * threads];
+                for (int k = 0; k < Parcel::packets; ++k)
+                    p[i][k] = look(from + entry[i].site + k * sites);
+            }
+#pragma unroll
+        for (int i = 0; i < at_once; ++i)
+            if (expected >> (first + i) & 1u) {
+                typename Parcel::words all;
+                for (int k = 0; k < Parcel::packets; ++k) {
+                    wait_for(p[i][k], from + entry[i].site + k * sites, number);
+                    for (int word = 0; word < 3; ++word) all.of[k][word] = p[i][k].word[word];
+                }
+                take(entry[i].axes, bits_as<Parcel>(all));
+            }
+    }
+}
+
+// ---- springs ----
+
+// Parameters of a cell: what a class of springs shares in registers, each spring's c in shared
+// memory, where those of four springs are read at once.
+struct cell_parameters {
+    spring_parameters (&of)[cube_classes];
+    tile_memory& shared;
+    int slot;
+    mutable float4 four;
+
+    __device__ float damping_of(int spring) const {
+        if (spring == cube_springs - 1) return shared.last_damping[slot];
+        if (spring % 4 == 0) four = shared.damping[spring / 4][slot];
+        return spring % 4 == 0   ? four.x
+               : spring % 4 == 1 ? four.y
+               : spring % 4 == 2 ? four.z
+                                 : four.w;
+    }
+    __device__ spring_parameters of_class(int i) const {
+        constexpr int first[cube_classes] = {3, 1, 0, 4, 5, 2, 7};
+        spring_parameters own = of[i];
+        if constexpr (damped) own.value[1] = damping_of(first[i]);
+        return own;
+    }
+    __device__ float damping(int other) const {
+        constexpr int others[cube_springs - cube_classes] = {6, 8, 9, 10, 11, 12};
+        return damping_of(others[other]);
+    }
+    // Keeps what load_cube() loaded.
+    __device__ void store(const held_cube& all) const {
+        float c[cube_springs] = {};
+        each_constant<cube_springs>([&](auto i) {
+            constexpr parameter_place at = cube_place(i.value);
+            if constexpr (at.other < 0) of[at.of_class] = all.first[at.of_class];
+            if constexpr (damped)
+                c[i.value] = at.other < 0 ? all.first[at.of_class].value[1]
+                                          : all.others[larger(at.other, 0)];
+        });
+        if constexpr (damped) {
+            for (int i = 0; i < 3; ++i)
+                shared.damping[i][slot] = {c[4 * i], c[4 * i + 1], c[4 * i + 2], c[4 * i + 3]};
+            shared.last_damping[slot] = c[cube_springs - 1];
+        }
+    }
+};
+
+}  // namespace limax::cuda

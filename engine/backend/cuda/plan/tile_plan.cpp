@@ -1,0 +1,282 @@
+// tile_plan.cpp: chooses tiles, and lists which thread owns which cell and receives what.
+#include "backend/cuda/plan/tile_plan.h"
+
+#include <algorithm>
+
+#include "backend/cuda/kernels/cells.h"
+#include "limax.h"
+
+namespace limax::cuda {
+
+namespace {
+
+constexpr int lanes = 32;
+// Warps of a block that leave registers for three cells of a thread.
+constexpr int most_warps = 12, most_warps_of_double = 8, most_rounds = 3;
+// Free places after a row and a plane that are tried.
+constexpr int row_paddings = 2, plane_paddings = 4;
+constexpr std::size_t shared_slack = 512;
+// What a step takes beside its cells, in warps of cells: always, and for a warp of packets.
+constexpr double work_of_step = 8, work_of_packets = 0.3;
+
+int parts(int items, int size) { return (items + size - 1) / size; }
+
+struct box {
+    std::array<int, 3> low, high;  // sites, from low to before high
+
+    int along(int axis) const { return high[axis] - low[axis]; }
+    bool holds(const std::array<int, 3>& at) const {
+        for (int axis = 0; axis < 3; ++axis)
+            if (at[axis] < low[axis] || at[axis] >= high[axis]) return false;
+        return true;
+    }
+    template <class Visit>
+    void each(const Visit& visit) const {
+        for (int z = low[2]; z < high[2]; ++z)
+            for (int y = low[1]; y < high[1]; ++y)
+                for (int x = low[0]; x < high[0]; ++x) visit(std::array<int, 3>{x, y, z});
+    }
+};
+std::array<int, 3> moved(std::array<int, 3> at, int corner, int by) {
+    for (int axis = 0; axis < 3; ++axis) at[axis] += by * (corner >> axis & 1);
+    return at;
+}
+
+// The tiles of one plan while it is made.
+struct tiling {
+    std::array<int, 3> along, cut, most;  // sites of the lattice; tiles; sites of the largest
+    int row, plane;
+
+    tiling(const lattice& grid, const std::array<int, 3>& tiles)
+        : along{grid.nx + 1, grid.ny + 1, grid.nz + 1}, cut(tiles) {
+        for (int axis = 0; axis < 3; ++axis) most[axis] = parts(along[axis], cut[axis]);
+        pad(0, 0);
+    }
+    void pad(int of_row, int of_plane) {
+        row = most[0] + 1 + of_row;
+        plane = row * (most[1] + 1) + of_plane;
+    }
+    int cells() const { return most[0] * most[1] * most[2]; }
+    int site(const std::array<int, 3>& at) const {
+        return at[0] + along[0] * (at[1] + along[1] * at[2]);
+    }
+    box lattice_box() const { return {{0, 0, 0}, along}; }
+    box tile(int number) const {
+        const std::array<int, 3> of{number % cut[0], number / cut[0] % cut[1],
+                                    number / (cut[0] * cut[1])};
+        box b{};
+        for (int axis = 0; axis < 3; ++axis) {
+            b.low[axis] = of[axis] * along[axis] / cut[axis];
+            b.high[axis] = (of[axis] + 1) * along[axis] / cut[axis];
+        }
+        return b;
+    }
+    int place(const box& b, const std::array<int, 3>& at) const {
+        return (at[0] - b.low[0]) + row * (at[1] - b.low[1]) + plane * (at[2] - b.low[2]);
+    }
+    // Masses and forces that the largest tile receives where it has neighbours on all sides that
+    // are cut.
+    int packets(int packets_of_mass) const {
+        int window = 1, inner = 1;
+        for (int axis = 0; axis < 3; ++axis) {
+            window *= most[axis] + (cut[axis] > 1);
+            inner *= most[axis] - (cut[axis] > 1);
+        }
+        return (window - cells()) * packets_of_mass + 4 * (cells() - inner);
+    }
+};
+
+// Puts cells into the lanes of warps from `first` on so that places of a warp differ modulo 32, as
+// far as possible.
+void put_in_lanes(const std::vector<cell_entry>& cells, cell_entry* first, int warps) {
+    std::array<std::vector<cell_entry>, lanes> of_bank;
+    for (auto cell = cells.rbegin(); cell != cells.rend(); ++cell)
+        of_bank[std::size_t((cell->axes & 0xffff) % lanes)].push_back(*cell);
+    std::size_t left = cells.size();
+    for (int warp = 0; warp < warps && left > 0; ++warp) {
+        cell_entry* const out = first + warp * lanes;
+        const auto take = [&](int lane, std::vector<cell_entry>& bank) {
+            out[lane] = bank.back();
+            bank.pop_back();
+            --left;
+        };
+        for (int lane = 0; lane < lanes; ++lane)
+            if (!of_bank[lane].empty()) take(lane, of_bank[lane]);
+        for (int lane = 0; lane < lanes && left > 0; ++lane)
+            if (out[lane].site < 0)
+                take(lane, *std::max_element(
+                               of_bank.begin(), of_bank.end(),
+                               [](const auto& a, const auto& b) { return a.size() < b.size(); }));
+    }
+}
+
+// The cells of a tile by round: 0 has none that reaches into another tile, and masses that others
+// wait for come first. Empty where those that reach out are too many.
+std::vector<std::vector<cell_entry>> rounds_of(const tiling& t, const box& b, int rounds,
+                                               std::size_t threads) {
+    std::vector<cell_entry> low, high, inner;
+    b.each([&](const std::array<int, 3>& at) {
+        int flags = 0;
+        for (int c = 1; c < corners; ++c) {
+            const auto corner = moved(at, c, 1), cell = moved(at, c, -1);
+            if (t.lattice_box().holds(corner)) flags |= 1 << (b.holds(corner) ? c : 7 + c);
+            flags |= t.lattice_box().holds(cell) && !b.holds(cell);
+        }
+        (flags >> corners ? high
+         : flags & 1      ? low
+                          : inner)
+            .push_back({t.site(at), t.place(b, at) | flags << 16});
+    });
+    std::vector<std::vector<cell_entry>> of(static_cast<std::size_t>(rounds));
+    if (high.size() > threads * (of.size() - 1)) return {};
+    const std::size_t even = (low.size() + high.size() + inner.size() + of.size() - 1) / of.size();
+    std::size_t round = 1;
+    for (const cell_entry& cell : high) {
+        if (of[round].size() == threads) ++round;
+        of[round].push_back(cell);
+    }
+    low.insert(low.end(), inner.begin(), inner.end());
+    round = 0;
+    for (const std::size_t most : {even, threads})
+        for (auto& some : of)
+            for (; some.size() < most && round < low.size(); ++round) some.push_back(low[round]);
+    return of;
+}
+
+// Deals a tile's list out to threads.
+void deal(const std::vector<cell_entry>& list, cell_entry* out) {
+    std::copy(list.begin(), list.end(), out);
+}
+
+}  // namespace
+
+std::optional<tile_plan> cut_into_tiles(const lattice& grid, const std::array<int, 3>& cut,
+                                        const kernel_needs& needs, std::size_t most_shared_bytes) {
+    tiling t(grid, cut);
+    const bool in_double = needs.precision == LIMAX_DOUBLE;
+    const int warps_at_most = in_double ? most_warps_of_double : most_warps;
+    tile_plan plan;
+    plan.cut = cut;
+    plan.tiles = cut[0] * cut[1] * cut[2];
+    plan.rounds = std::max(2, parts(t.cells(), warps_at_most * lanes));
+    if (plan.rounds > most_rounds) return std::nullopt;
+    plan.threads = parts(t.cells(), plan.rounds * lanes) * lanes;
+    const auto threads = std::size_t(plan.threads), slots = threads * std::size_t(plan.rounds);
+    const int packets_of_mass = (in_double ? 2 : 1) * (needs.shares_velocity ? 2 : 1);
+    const int packets_of_force = in_double ? 2 : 1;
+    plan.work = work_of_step + double(t.cells()) / lanes +
+                work_of_packets * t.packets(packets_of_mass) / lanes;
+
+    // tile_memory of kernels/tile_memory.h, which asserts that this suffices
+    const auto measure = [&] {
+        plan.row = t.row;
+        plan.plane = t.plane;
+        plan.places = t.plane * t.most[2] + t.row * t.most[1] + t.most[0] + 1;
+        plan.own_places = t.plane * (t.most[2] - 1) + t.row * (t.most[1] - 1) + t.most[0];
+        const std::size_t real = in_double ? 8 : 4;
+        plan.shared_bytes =
+            (std::size_t(plan.places) * (needs.shares_velocity ? 6 : 4) +
+             std::size_t(plan.own_places) * 3 * (corners - 1) + 4 * slots + 2 * check_interval) *
+                real +
+            (needs.spring_columns > 1 ? slots * cube_springs * sizeof(float) : 0) +
+            std::size_t(plan.threads / lanes + 1) * grid_sums * sizeof(int64_t) +
+            sizeof(robot_record) + needs.control + shared_slack;
+        return plan.shared_bytes <= most_shared_bytes;
+    };
+    // the paddings with which the fewest cells of the first tile miss the lane of their bank
+    std::size_t least = 0;
+    std::array<int, 2> best{-1, 0};
+    for (int of_row = 0; of_row < row_paddings; ++of_row)
+        for (int of_plane = 0; of_plane < plane_paddings; ++of_plane) {
+            t.pad(of_row, of_plane);
+            if (!measure()) continue;
+            const auto of = rounds_of(t, t.tile(0), plan.rounds, threads);
+            std::size_t misfits = 0;
+            for (const auto& round : of) {
+                std::array<std::size_t, lanes> used{};
+                for (const cell_entry& cell : round) ++used[(cell.axes & 0xffff) % lanes];
+                for (const std::size_t cells : used)
+                    misfits += std::max(cells, threads / lanes) - threads / lanes;
+            }
+            if (best[0] >= 0 && misfits >= least) continue;
+            least = misfits;
+            best = {of_row, of_plane};
+        }
+    if (best[0] < 0) return std::nullopt;
+    t.pad(best[0], best[1]);
+    measure();
+
+    std::vector<std::vector<cell_entry>> halos, inboxes;
+    std::size_t most_halo = 0, most_inbox = 0;
+    plan.cells.assign(std::size_t(plan.tiles) * slots, {-1, 0});
+    for (int number = 0; number < plan.tiles; ++number) {
+        const box b = t.tile(number);
+        const auto of = rounds_of(t, b, plan.rounds, threads);
+        if (of.empty()) return std::nullopt;
+        for (std::size_t k = 0; k < of.size(); ++k)
+            put_in_lanes(of[k], &plan.cells[std::size_t(number) * slots + k * threads],
+                         plan.threads / lanes);
+        std::vector<cell_entry> halo, inbox;
+        box window = b;
+        for (int& high : window.high) ++high;
+        window.each([&](const std::array<int, 3>& at) {
+            if (!t.lattice_box().holds(at)) return;
+            int corner_of = 0;
+            for (int c = 1; c < corners; ++c) corner_of |= b.holds(moved(at, c, -1)) << c;
+            if (!b.holds(at)) halo.push_back({t.site(at), t.place(b, at) | corner_of << 16});
+        });
+        const int stride = packets_of_force * int(grid.sites());
+        for (int c = 1; c < corners; ++c)
+            b.each([&](const std::array<int, 3>& at) {
+                const auto cell = moved(at, c, -1);
+                if (!b.holds(cell) && t.lattice_box().holds(cell))
+                    inbox.push_back({(c - 1) * stride + t.site(at),
+                                     (c - 1) * plan.own_places + t.place(b, at)});
+            });
+        most_halo = std::max(most_halo, halo.size());
+        most_inbox = std::max(most_inbox, inbox.size());
+        halos.push_back(std::move(halo));
+        inboxes.push_back(std::move(inbox));
+    }
+    plan.halo = std::max(1, parts(int(most_halo), plan.threads));
+    plan.inbox = std::max(1, parts(int(most_inbox), plan.threads));
+    plan.masses.assign(std::size_t(plan.tiles * plan.halo) * threads, {-1, 0});
+    plan.forces.assign(std::size_t(plan.tiles * plan.inbox) * threads, {-1, 0});
+    for (std::size_t k = 0; k < halos.size(); ++k) {
+        deal(halos[k], &plan.masses[k * std::size_t(plan.halo) * threads]);
+        deal(inboxes[k], &plan.forces[k * std::size_t(plan.inbox) * threads]);
+    }
+    return plan;
+}
+
+std::optional<tile_plan> plan_tiles(const lattice& grid, const kernel_needs& needs,
+                                    std::size_t most_shared_bytes, int multiprocessors,
+                                    int robots) {
+    struct choice {
+        double time;
+        std::array<int, 3> cut;
+    };
+    std::vector<choice> choices;
+    const tiling whole(grid, {1, 1, 1});
+    const int most_cells =
+        most_rounds * lanes * (needs.precision == LIMAX_DOUBLE ? most_warps_of_double : most_warps);
+    for (int z = 1; z <= whole.along[2]; ++z)
+        for (int y = 1; y <= whole.along[1] && y * z <= multiprocessors; ++y)
+            for (int x = 1; x <= whole.along[0] && x * y * z <= multiprocessors; ++x) {
+                const tiling t(grid, {x, y, z});
+                if (x * y * z == 1 || t.cells() > most_cells) continue;
+                const int waves = parts(robots, multiprocessors / (x * y * z));
+                const double work =
+                    work_of_step + double(t.cells()) / lanes +
+                    work_of_packets * t.packets(needs.shares_velocity ? 2 : 1) / lanes;
+                // packets of faces across x are not side by side
+                choices.push_back({waves * (work + 0.01 * x), {x, y, z}});
+            }
+    std::stable_sort(choices.begin(), choices.end(),
+                     [](const choice& a, const choice& b) { return a.time < b.time; });
+    for (const choice& some : choices)
+        if (auto plan = cut_into_tiles(grid, some.cut, needs, most_shared_bytes)) return plan;
+    return std::nullopt;
+}
+
+}  // namespace limax::cuda

@@ -1,0 +1,42 @@
+// tile_plan.h: how a lattice too large for a block is cut into tiles that stay in the registers and
+// the shared memory of their blocks (kernels/tiles.h). Trajectories do not depend on it.
+#pragma once
+
+#include <array>
+
+#include "backend/cuda/plan/block_plan.h"
+
+namespace limax::cuda {
+
+struct tile_plan {
+    std::array<int, 3> cut{};     // tiles along x, y, z
+    int tiles = 0;                // of a robot
+    int threads = 0, rounds = 0;  // of a block; cells of a thread
+    int row = 0, plane = 0;       // places between neighbours along y and z in shared memory
+    int places = 0;               // of the largest tile and one layer beyond it
+    int own_places = 0;           // up to its last mass
+    int halo = 0, inbox = 0;      // most masses and forces that a thread receives
+    std::size_t shared_bytes = 0;
+    // of the largest tile: a step's work of a multiprocessor, in warps of cells
+    double work = 0;
+
+    // What threads own and receive, as kernels/tiles.h reads it; entries without a site are below
+    // 0.
+    std::vector<cell_entry>
+        cells;  // [tile][round][thread]: site; place, and tile_flag() from bit 16
+    std::vector<cell_entry> masses;  // [tile][halo][thread]: site; place, and from bit 16 the
+                                     // corners of cells of this tile that it is
+    std::vector<cell_entry> forces;  // [tile][inbox][thread]: packet; sum
+};
+
+// Cuts a lattice into so many tiles along each axis. Null where they are too large for a block
+// with `most_shared_bytes`, or too thin.
+std::optional<tile_plan> cut_into_tiles(const lattice& grid, const std::array<int, 3>& cut,
+                                        const kernel_needs& needs, std::size_t most_shared_bytes);
+
+// The cut in which `robots` robots take the least time on so many multiprocessors, each with one
+// tile. Null where one robot does not fit.
+std::optional<tile_plan> plan_tiles(const lattice& grid, const kernel_needs& needs,
+                                    std::size_t most_shared_bytes, int multiprocessors, int robots);
+
+}  // namespace limax::cuda
