@@ -42,7 +42,9 @@ inline constexpr int whole_inputs = senses_body ? sensors::measured - sensors::g
 // The same number, of which a compiler knows nothing: what follows from it is computed where it is
 // needed, and occupies no register in the loop over steps.
 __device__ inline int opaque(int number) {
+#if defined(__CUDA_ARCH__)
     asm volatile("mov.u32 %0, %0;" : "+r"(number));
+#endif
     return number;
 }
 

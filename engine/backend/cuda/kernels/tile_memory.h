@@ -83,8 +83,9 @@ __device__ inline void wait_for(packet& p, const packet* at, uint32_t number) {
 }
 
 // Some numbers, as packets that are `sites` apart.
-template <int count>
+template <int values>
 struct parcel {
+    static constexpr int count = values;
     static constexpr int packets = count * int(sizeof(real)) / int(sizeof(packet::word));
     struct words {
         uint32_t of[packets][3];
@@ -102,16 +103,15 @@ using shown_mass = parcel<shares_velocity ? 6 : 3>;
 using sent_force = parcel<3>;
 
 __device__ inline shown_mass shown(const corner& c) {
-    if constexpr (shares_velocity)
-        return {{c.x, c.y, c.z, c.vx, c.vy, c.vz}};
-    else
-        return {{c.x, c.y, c.z}};
+    const real all[6] = {c.x, c.y, c.z, c.vx, c.vy, c.vz};
+    shown_mass m;
+    for (int i = 0; i < shown_mass::count; ++i) m.value[i] = all[i];
+    return m;
 }
 __device__ inline corner corner_of(const shown_mass& m) {
-    if constexpr (shares_velocity)
-        return {m.value[0], m.value[1], m.value[2], m.value[3], m.value[4], m.value[5]};
-    else
-        return {m.value[0], m.value[1], m.value[2]};
+    real all[6] = {};
+    for (int i = 0; i < shown_mass::count; ++i) all[i] = m.value[i];
+    return {all[0], all[1], all[2], all[3], all[4], all[5]};
 }
 
 // Receives what a thread expects of a list: bit i of `expected` for entry i * threads. Calls
@@ -122,8 +122,8 @@ __device__ inline void receive(const cell_entry* list, const packet* from, unsig
     constexpr int at_once = 4 / Parcel::packets > 0 ? 4 / Parcel::packets : 1;
 #pragma unroll
     for (int first = 0; first < entries; first += at_once) {
-        cell_entry entry[at_once];
-        packet p[at_once][Parcel::packets];
+        cell_entry entry[at_once] = {};  // else they would be kept from step to step
+        packet p[at_once][Parcel::packets] = {};
 #pragma unroll
         for (int i = 0; i < at_once; ++i)
             if (expected >> (first + i) & 1u) {

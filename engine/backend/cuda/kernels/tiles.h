@@ -14,6 +14,7 @@
 //   LIMAX_PLACES                 places of a tile and of one layer beyond it
 //   LIMAX_OWN_PLACES             those up to its last mass
 //   LIMAX_TILES, LIMAX_ROUNDS    tiles of a robot, cells of a thread
+//   LIMAX_SENDERS                rounds, from the second on, whose cells may reach into other tiles
 //   LIMAX_HALO, LIMAX_INBOX      most masses and forces that a thread receives
 //   LIMAX_THREADS                threads of a block
 //   LIMAX_SHARED_BYTES           dynamic shared memory of a block
@@ -61,8 +62,8 @@ struct tile_robot {
 
     // ---- where things are, computed at each use so that it occupies no register between ----
 
-    __device__ static int tile() { return int(blockIdx.x) % LIMAX_TILES; }
-    __device__ static int robot_of_launch() { return int(blockIdx.x) / LIMAX_TILES; }
+    __device__ static int tile() { return opaque(int(blockIdx.x)) % LIMAX_TILES; }
+    __device__ static int robot_of_launch() { return opaque(int(blockIdx.x)) / LIMAX_TILES; }
     __device__ int64_t index() const { return launch.running[robot_of_launch()]; }
     __device__ bool leads() const { return shared.rank == 0; }
     __device__ const float* masses() const { return launch.mass + index() * sites; }
@@ -87,8 +88,9 @@ struct tile_robot {
     __device__ cell_entry entry(int round) const {
         return launch.cells[(tile() * rounds + round) * threads + thread];
     }
-    __device__ int place(int round) const { return cell[round] & 0xffff; }
-    __device__ bool flag(int round, int bit) const { return cell[round] >> (16 + bit) & 1; }
+    __device__ static int place_in(int cell) { return cell & 0xffff; }
+    __device__ static bool flag(int cell, int bit) { return cell >> (16 + bit) & 1; }
+    __device__ int place(int round) const { return place_in(opaque(cell[round])); }
     __device__ int slot(int round) const { return round * threads + thread; }
     __device__ cell_parameters parameters(int round) {
         return {springs[round], shared, slot(round), {}};
@@ -393,7 +395,10 @@ struct tile_robot {
 
     // Forces of the springs of a cell: that on its own mass is returned.
     __device__ force sum_springs(int k, const effects::actuation::moment<real>& now) {
-        const int at = place(k);
+        constexpr site_grid grid{lattice{}};
+        const bool sends = k > 0 && k <= LIMAX_SENDERS;
+        const int own_cell = opaque(cell[k]), at = place_in(own_cell);
+        packet* const to = sends ? forces_on(1) + entry(k).site : nullptr;
         force own{};
         cube_forces<false>(
             launch, parameters(k), now, [&](int c) { return shared.at.load(at + corner_place(c)); },
@@ -402,12 +407,10 @@ struct tile_robot {
                     own = sum;
                     return;
                 }
-                if (flag(k, c)) shared.sum.store(c, at + corner_place(c), sum);
-                if (k > 0 && flag(k, 7 + c)) {
-                    constexpr site_grid grid{lattice{}};
+                if (flag(own_cell, c)) shared.sum.store(c, at + corner_place(c), sum);
+                if (sends && flag(own_cell, 7 + c))
                     sent_force{{sum.x, sum.y, sum.z}}.send_to(
-                        forces_on(c) + entry(k).site + grid.corner(c), number);
-                }
+                        to + ((c - 1) * (sent_force::packets * sites) + grid.corner(c)), number);
             });
         return own;
     }
@@ -453,8 +456,9 @@ struct tile_robot {
     // Shows a mass to the springs of this tile, and to those of others that wait for this number.
     __device__ void publish(int k, uint32_t of) {
         const corner c = limax::cuda::corner_of(mass[k]);
-        shared.at.store(place(k), c);
-        if (flag(k, 0)) shown(c).send_to(shown_masses() + entry(k).site, of);
+        const int own_cell = opaque(cell[k]);
+        shared.at.store(place_in(own_cell), c);
+        if (flag(own_cell, 0)) shown(c).send_to(shown_masses() + entry(k).site, of);
     }
 
     // After all masses have moved.

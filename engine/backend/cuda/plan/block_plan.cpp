@@ -324,7 +324,7 @@ std::optional<block_shape> shape_block(const block_plan& plan, const kernel_need
             ((rim_classes * of_class + 1) * sizeof(float) + (plan.mixed ? 16 : 0) + 4 * real) +
         check_interval * 2 * real +
         std::size_t(warps + plan.cluster) * block_sums * sizeof(int64_t) + sizeof(robot_record) +
-        needs.control + shared_slack;
+        needs.control + needs.drive + shared_slack;
     if (shape.shared_bytes > most_shared_bytes) return std::nullopt;
     return shape;
 }

@@ -53,6 +53,7 @@ struct kernel_needs {
     bool has_faces;           // laws act on faces
     bool many_laws;           // laws on masses that need many registers
     std::size_t control = 0;  // bytes of a controller in shared memory
+    std::size_t drive = 0;    // the same on the block path only
 };
 
 // Threads and memory of a block.

@@ -48,7 +48,7 @@ grid_shape shape_of(const std::array<int, 3>& along, const std::array<int, 3>& t
     const bool in_double = needs.precision == LIMAX_DOUBLE;
     shape.blocks = in_double ? 1 : 512 / shape.threads;
     const std::size_t real = in_double ? 8 : 4;
-    // tile_memory of kernels/tiles.h, which asserts that this suffices
+    // grid_memory of kernels/grid_tiles.h, which asserts that this suffices
     shape.shared_bytes = (window * (needs.shares_velocity ? 6 : 4) +
                           std::size_t(masses) * 3 * corners + 2 * check_interval) *
                              real +

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "backend/cuda/kernels/cells.h"
 #include "body/springs.h"
 #include "physics/body_frame.h"
 
@@ -24,12 +25,14 @@ constexpr unsigned light_effects = effects::bit<effects::springs> | effects::bit
 // Blocks that every GPU with clusters can put into one.
 constexpr int most_blocks_of_cluster = 8;
 
-// LIMAX_CUDA_PATH=grid sends small lattices over the grid path too, so that tests can compare both.
-bool grid_path_asked_for() {
+// LIMAX_CUDA_PATH=grid or tiles sends small lattices over these paths too, so that tests can
+// compare them.
+std::string path_asked_for() {
     const char* path = std::getenv("LIMAX_CUDA_PATH");
-    if (!path || !*path || std::string(path) == "auto") return false;
-    if (std::string(path) == "grid") return true;
-    fail(LIMAX_INVALID_ARGUMENT, format("LIMAX_CUDA_PATH is '%s'; it must be auto or grid", path));
+    if (!path || !*path || std::string(path) == "auto") return "auto";
+    if (std::string(path) == "grid" || std::string(path) == "tiles") return path;
+    fail(LIMAX_INVALID_ARGUMENT,
+         format("LIMAX_CUDA_PATH is '%s'; it must be auto, grid or tiles", path));
 }
 
 std::string names_of_effects(unsigned mask) {
@@ -218,8 +221,8 @@ std::string scene_kernels::describe() const {
     const function_facts facts = step_->facts("limax_advance");
     nlohmann::ordered_json text;
     text["device"] = "cuda";
-    text["path"] = on_grid_ ? "grid" : plan->cluster > 1 ? "cluster" : "block";
-    if (!on_grid_ && plan->cluster > 1) text["blocks_of_cluster"] = plan->cluster;
+    text["path"] = tiles ? "tiles" : on_grid_ ? "grid" : plan->cluster > 1 ? "cluster" : "block";
+    if (plan && plan->cluster > 1) text["blocks_of_cluster"] = plan->cluster;
     text["effects"] = names_of_effects(setup_->scene.mask());
     if (mask_ != setup_->scene.mask()) text["made_for"] = names_of_effects(mask_);
     text["form"] = name_of(form_);
@@ -227,28 +230,43 @@ std::string scene_kernels::describe() const {
     text["origin"] = name_of(step_->binary().origin);
     text["seconds"] = step_->binary().seconds;
     text["architecture"] = step_->binary().architecture;
-    text["threads"] = on_grid_ ? grid_.threads : shape_.threads;
+    text["threads"] = step_threads();
     text["registers"] = facts.registers;
     text["spilled"] = facts.spilled;
-    const std::size_t shared = on_grid_ ? grid_.shared_bytes : shape_.shared_bytes;
-    text["shared_bytes"] = shared + std::size_t(facts.shared);
-    text["blocks_of_multiprocessor"] = step_->blocks_of_multiprocessor(
-        "limax_advance", on_grid_ ? grid_.threads : shape_.threads, shared);
+    text["shared_bytes"] = step_bytes() + std::size_t(facts.shared);
+    text["blocks_of_multiprocessor"] =
+        step_->blocks_of_multiprocessor("limax_advance", step_threads(), step_bytes());
     if (on_grid_) text["tiles"] = grid_.tiles;
+    if (tiles) text["tiles"] = tiles->tiles, text["robots_at_once"] = most_robots_;
     text["instructions"] = facts.instructions;
     return text.dump();
+}
+
+int scene_kernels::step_threads() const {
+    return tiles ? tiles->threads : on_grid_ ? grid_.threads : shape_.threads;
+}
+std::size_t scene_kernels::step_bytes() const {
+    return tiles ? tiles->shared_bytes : on_grid_ ? grid_.shared_bytes : shape_.shared_bytes;
 }
 
 scene_kernels::robot_memory scene_kernels::memory_of_robot() const {
     const auto sites = std::size_t(setup_->grid.sites());
     robot_memory memory;
     if (on_grid_) {
-        // values of a mass, as `exchanged` of kernels/tiles.h
+        // values of a mass, as `exchanged` of kernels/grid_tiles.h
         const std::size_t seen = shares_velocity ? 6 : 3;
         memory.exchange = 2 * seen * sites;
-        memory.sums = 2 * grid_sums;
+        memory.sums = sum_sets * grid_sums;
         memory.arrived = 1;
         if (has_faces || has_solid) memory.after = 6 * sites;
+    }
+    if (tiles) {
+        // as `parcel` of kernels/tile_memory.h
+        const std::size_t of_force = setup_->options.precision == LIMAX_DOUBLE ? 2 : 1;
+        memory.sums = sum_sets * grid_sums;
+        memory.arrived = 3;
+        memory.masses = of_force * (shares_velocity ? 2 : 1) * sites;
+        memory.forces = of_force * (corners - 1) * sites;
     }
     if (has_faces) memory.faces = 3 * sites;
     if (controlled) {
@@ -303,7 +321,7 @@ int scene_kernels::blocks_of_robot(unsigned robots) const {
 }
 
 // Chooses the path, and the shape of its blocks.
-void scene_kernels::choose_path(block_plans& plans, const gpu& device) {
+void scene_kernels::choose_path(block_plans& plans, const gpu& device, int robots) {
     // The path depends on no effect except those on faces, which need more memory: it is chosen
     // for all other effects together.
     const bool many_laws = has_faces || meets || has_solid || (mask_ & ~light_effects) != 0 ||
@@ -314,15 +332,19 @@ void scene_kernels::choose_path(block_plans& plans, const gpu& device) {
         const int genes = genes_of(*setup_);
         const std::size_t real = setup_->options.precision == LIMAX_DOUBLE ? 8 : 4;
         needs.control = sizeof(float) * std::size_t(genes <= most_shared_genes ? genes : 0) +
-                        sizeof(double) * (sensors::body_sums + sensors::measured) +
-                        2 * real * std::size_t(setup_->grid.sites() + setup_->grid.site(1, 1, 1));
+                        sizeof(double) * (sensors::body_sums + sensors::measured);
+        needs.drive = 2 * real * std::size_t(setup_->grid.sites() + setup_->grid.site(1, 1, 1));
     }
     const kernel_needs most{setup_->options.precision, 4, true, has_faces, true};
     const std::size_t shared = device.shared_memory_of_block;
     const int most_cluster =
         std::min(device.clusters ? most_blocks_of_cluster : 1, std::max(1, setup_->grid.nz));
+    const std::string path = path_asked_for();
+    if (path == "tiles" && form_ != kernel_form::any_lattice && !has_faces && !meets && !has_solid)
+        tiles = plan_tiles(setup_->grid, needs, shared, device.multiprocessors, robots);
+    if (tiles) return;
     on_grid_ = true;
-    const bool grid_path = form_ == kernel_form::any_lattice || grid_path_asked_for();
+    const bool grid_path = form_ == kernel_form::any_lattice || path == "grid";
     for (int cluster = 1; cluster <= most_cluster && on_grid_ && !grid_path; ++cluster) {
         const int layers = (setup_->grid.nz + cluster - 1) / cluster;
         if (int64_t(setup_->grid.nx) * setup_->grid.ny * layers > most_cubes_of_block) continue;
@@ -351,13 +373,23 @@ void scene_kernels::define_shape(kernel_set& step) const {
         define("LIMAX_NY", setup_->grid.ny);
         define("LIMAX_NZ", setup_->grid.nz);
     }
-    if (on_grid_) {
+    define("LIMAX_THREADS", step_threads());
+    define("LIMAX_SHARED_BYTES", step_bytes());
+    if (tiles) {
+        define("LIMAX_ROW", tiles->row);
+        define("LIMAX_PLANE", tiles->plane);
+        define("LIMAX_PLACES", tiles->places);
+        define("LIMAX_OWN_PLACES", tiles->own_places);
+        define("LIMAX_TILES", tiles->tiles);
+        define("LIMAX_ROUNDS", tiles->rounds);
+        define("LIMAX_SENDERS", tiles->senders);
+        define("LIMAX_HALO", tiles->halo);
+        define("LIMAX_INBOX", tiles->inbox);
+    } else if (on_grid_) {
         define("LIMAX_TILE_X", grid_.tile[0]);
         define("LIMAX_TILE_Y", grid_.tile[1]);
         define("LIMAX_TILE_Z", grid_.tile[2]);
-        define("LIMAX_THREADS", grid_.threads);
         define("LIMAX_BLOCKS", grid_.blocks);
-        define("LIMAX_SHARED_BYTES", grid_.shared_bytes);
     } else {
         define("LIMAX_ROW", plan->row);
         define("LIMAX_PLANE", plan->plane);
@@ -366,14 +398,12 @@ void scene_kernels::define_shape(kernel_set& step) const {
         define("LIMAX_CUBE_SLOTS", plan->cube_slots);
         define("LIMAX_RIM_SLOTS", plan->rim_slots);
         define("LIMAX_MIXED", int(plan->mixed));
-        define("LIMAX_THREADS", shape_.threads);
         define("LIMAX_BLOCKS", shape_.blocks);
-        define("LIMAX_SHARED_BYTES", shape_.shared_bytes);
     }
 }
 
 scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, kernel_form form,
-                           block_plans& plans, gpu_place& place) {
+                           block_plans& plans, gpu_place& place, int robots) {
     const context& gpu = place.gpu;
     kernel_library& kernels = place.kernels;
     scene_kernels out;
@@ -394,27 +424,29 @@ scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, kernel_
                         setup.grid.ny, setup.grid.nz, names_of_effects(setup.scene.mask()).c_str(),
                         name_of_precision(setup.options.precision));
 
-    out.choose_path(plans, gpu.device());
+    out.choose_path(plans, gpu.device(), robots);
 
     const std::map<std::string, std::string> of_scene = {
         {"LIMAX_EFFECTS", std::to_string(mask)},
         {"LIMAX_PRECISION", std::to_string(setup.options.precision)},
         {"LIMAX_LEAPFROG", setup.options.integrator == LIMAX_LEAPFROG ? "1" : "0"}};
-    kernel_set step{out.on_grid_ ? "grid" : "step", of_scene}, prepare{"prepare", of_scene},
-        measure{"measure", of_scene};
+    kernel_set step{out.tiles      ? "tiles"
+                    : out.on_grid_ ? "grid"
+                                   : "step",
+                    of_scene},
+        prepare{"prepare", of_scene}, measure{"measure", of_scene};
     if (const uint64_t code = instances_code(setup.scene))
         step.defines.emplace("LIMAX_INSTANCES", std::to_string(code));
     add_scripts(setup.scene, step, prepare);
     if (out.controlled) add_controller(setup, step, measure);
     out.define_shape(step);
     out.step_ = kernels.load(step);
-    out.step_->allow_shared_memory("limax_advance",
-                                   out.on_grid_ ? out.grid_.shared_bytes : out.shape_.shared_bytes);
+    out.step_->allow_shared_memory("limax_advance", out.step_bytes());
+    out.blocks_at_once_ = gpu.device().multiprocessors *
+                          std::max(1, out.step_->blocks_of_multiprocessor(
+                                          "limax_advance", out.step_threads(), out.step_bytes()));
+    if (out.tiles) out.most_robots_ = unsigned(out.blocks_at_once_ / out.tiles->tiles);
     if (out.on_grid_) {
-        out.blocks_at_once_ =
-            gpu.device().multiprocessors *
-            std::max(1, out.step_->blocks_of_multiprocessor("limax_advance", out.grid_.threads,
-                                                            out.grid_.shared_bytes));
         out.most_robots_ = unsigned(robots_together(out.grid_.tiles, out.blocks_at_once_,
                                                     out.robots_in_cache(gpu.device())));
     }
@@ -433,14 +465,14 @@ scene_kernels load_scene(const simulation_setup& setup, std::size_t robots, bloc
     const bool few = robots <= std::size_t(place.gpu.device().multiprocessors);
     const kernel_form best = few ? kernel_form::one : kernel_form::many;
     try {
-        return load_kernels(setup, wanted, best, plans, place);
+        return load_kernels(setup, wanted, best, plans, place, int(robots));
     } catch (const error& problem) {
         if (problem.status() != LIMAX_NO_DEVICE) throw;
         // Nothing can be compiled: what was built with limax for more effects, more robots or
         // more lattices will do.
         for (const kernel_form form : {best, kernel_form::many, kernel_form::any_lattice})
             for (const unsigned mask : covering_masks(wanted)) try {
-                    return load_kernels(setup, mask, form, plans, place);
+                    return load_kernels(setup, mask, form, plans, place, int(robots));
                 } catch (const error& other) {
                     if (other.status() != LIMAX_NO_DEVICE) throw;
                 }

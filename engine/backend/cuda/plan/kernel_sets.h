@@ -8,6 +8,7 @@
 #include "backend/cuda/driver/kernel.h"
 #include "backend/cuda/kernels/records.h"
 #include "backend/cuda/plan/grid_plan.h"
+#include "backend/cuda/plan/tile_plan.h"
 
 namespace limax::cuda {
 
@@ -20,6 +21,7 @@ public:
     int spring_columns = 0;  // parameters of a spring
     int state_columns = 0;   // of a robot's state
     std::shared_ptr<const block_plan> plan;
+    std::optional<tile_plan> tiles;  // on the tiles path
 
     // Arguments with everything that follows from the scene.
     template <class R>
@@ -46,8 +48,10 @@ public:
     // Elements of the other arrays of one robot, named as in step_launch and grid_launch; 0 where
     // the path or the scene does not use them.
     struct robot_memory {
-        std::size_t exchange = 0, sums = 0, arrived = 0, after = 0;       // on the grid path
-        std::size_t faces = 0;                                            // where laws act on faces
+        std::size_t exchange = 0, after = 0;  // on the grid path
+        std::size_t sums = 0, arrived = 0;    // where several blocks share a robot
+        std::size_t masses = 0, forces = 0;   // packets on the tiles path, of a robot in a launch
+        std::size_t faces = 0;                // where laws act on faces
         std::size_t surface = 0, partners = 0, listed_at = 0, moved = 0;  // where masses meet
         std::size_t control = 0, genes = 0, muscles = 0;                  // of control_memory
         // of solid_columns, where there is a solid
@@ -55,7 +59,7 @@ public:
                     solid_pairs = 0, solid_after = 0;
     };
     robot_memory memory_of_robot() const;
-    // Robots that one launch of the grid path steps.
+    // Robots that one launch of the grid path or of the tiles path steps.
     unsigned most_robots() const { return most_robots_; }
 
     template <class R>
@@ -77,6 +81,15 @@ public:
         shape.cooperative = true;
         launch(gpu, step_->function("limax_advance"), shape, stream, doing_, arguments);
     }
+    // The same on the tiles path, where all memory that tiles write but lists is 0.
+    template <class R>
+    void launch_tiles(const context& gpu, const stream& stream, const tile_launch<R>& arguments,
+                      unsigned robots) const {
+        launch_shape shape{robots * unsigned(tiles->tiles), unsigned(tiles->threads),
+                           tiles->shared_bytes};
+        shape.cooperative = true;
+        launch(gpu, step_->function("limax_advance"), shape, stream, doing_, arguments);
+    }
     bool on_grid() const { return on_grid_; }
     template <class R>
     void launch_measure(const context& gpu, const stream& stream,
@@ -90,9 +103,11 @@ public:
 
 private:
     friend scene_kernels load_kernels(const simulation_setup&, unsigned, kernel_form, block_plans&,
-                                      gpu_place&);
+                                      gpu_place&, int);
 
-    void choose_path(block_plans& plans, const gpu& device);
+    void choose_path(block_plans& plans, const gpu& device, int robots);
+    int step_threads() const;
+    std::size_t step_bytes() const;
     void define_shape(kernel_set& step) const;
     int blocks_of_robot(unsigned robots) const;
     int robots_in_cache(const gpu& device) const;
@@ -101,7 +116,7 @@ private:
     unsigned mask_ = 0;  // effects that the kernels were made for
     bool on_grid_ = false;
     kernel_form form_ = kernel_form::many;
-    int blocks_at_once_ = 0;  // of the grid path, on the whole GPU
+    int blocks_at_once_ = 0;  // where several share a robot, on the whole GPU
     unsigned most_robots_ = 0;
     std::shared_ptr<const kernel_module> step_, measure_, prepare_, summarize_;
     block_shape shape_;
@@ -112,7 +127,7 @@ private:
 // The kernels made for the effects of `mask`, which include the scene's, in this form. Raises
 // LIMAX_NO_DEVICE, naming the first kernel that is unavailable.
 scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, kernel_form form,
-                           block_plans& plans, gpu_place& place);
+                           block_plans& plans, gpu_place& place, int robots = 1);
 
 // Loads, and compiles where needed, the kernels for `robots` robots of this setup. The path depends
 // on lattice and precision only. Without a compiler it falls back to kernels built with limax for

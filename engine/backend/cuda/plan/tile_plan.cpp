@@ -213,6 +213,9 @@ std::optional<tile_plan> cut_into_tiles(const lattice& grid, const std::array<in
         const box b = t.tile(number);
         const auto of = rounds_of(t, b, plan.rounds, threads);
         if (of.empty()) return std::nullopt;
+        for (int k = 1; k < plan.rounds; ++k)
+            for (const cell_entry& cell : of[std::size_t(k)])
+                if (cell.axes >> 16 >> corners) plan.senders = std::max(plan.senders, k);
         for (std::size_t k = 0; k < of.size(); ++k)
             put_in_lanes(of[k], &plan.cells[std::size_t(number) * slots + k * threads],
                          plan.threads / lanes);

@@ -12,6 +12,7 @@ struct tile_plan {
     std::array<int, 3> cut{};     // tiles along x, y, z
     int tiles = 0;                // of a robot
     int threads = 0, rounds = 0;  // of a block; cells of a thread
+    int senders = 0;              // rounds, from the second on, with cells that reach out
     int row = 0, plane = 0;       // places between neighbours along y and z in shared memory
     int places = 0;               // of the largest tile and one layer beyond it
     int own_places = 0;           // up to its last mass

@@ -135,13 +135,14 @@ private:
     scene_kernels scene_;
     device_memory<robot_record> device_records_;
     device_memory<int32_t> device_running_, device_ranks_;
-    device_memory<cell_entry> device_cells_;
+    device_memory<cell_entry> device_cells_, halo_, inbox_;
     device_memory<float> mass_, springs_;
     device_memory<R> state_;
     std::vector<R> saved_state_;  // what state_ held before sleep()
     device_memory<R> exchange_;
     device_memory<unsigned long long> sums_;
     device_memory<unsigned> arrived_;
+    device_memory<packet> masses_, forces_;  // that tiles exchange
     device_memory<float> faces_;  // these and the following only where the scene needs them
     device_memory<R> after_;
     device_memory<int32_t> surface_, partners_;

@@ -13,10 +13,10 @@ template <class R>
 void robots_on_gpu<R>::release() {
     awake_ = false;
     const auto free = [](auto&... memory) { ((memory = std::decay_t<decltype(memory)>()), ...); };
-    free(device_records_, device_running_, device_ranks_, device_cells_, mass_, springs_, state_,
-         exchange_, sums_, arrived_, faces_, after_, surface_, partners_, listed_at_, moved_,
-         solids_, solid_marks_, solid_touches_, solid_corners_, solid_pairs_, solid_after_,
-         heights_, control_, genes_, muscles_, device_summaries_);
+    free(device_records_, device_running_, device_ranks_, device_cells_, halo_, inbox_, masses_,
+         forces_, mass_, springs_, state_, exchange_, sums_, arrived_, faces_, after_, surface_,
+         partners_, listed_at_, moved_, solids_, solid_marks_, solid_touches_, solid_corners_,
+         solid_after_, heights_, control_, genes_, muscles_, device_summaries_);
     for (device_memory<double>& samples : device_samples_) free(samples);
 }
 
@@ -74,16 +74,25 @@ void robots_on_gpu<R>::allocate(std::size_t count) {
         genes_.upload(genes.data(), genes.size(), stream_);
         stream_.synchronize("copying genes");
     }
+    of_each(sums_, memory.sums, "the sums");
+    of_each(arrived_, memory.arrived, "the barriers");
+    const auto make_list = [&](device_memory<cell_entry>& to, const std::vector<cell_entry>& list) {
+        make(to, list.size(), "the plan");
+        to.upload(list.data(), list.size(), stream_);
+    };
     if (scene_.on_grid()) {
         of_each(exchange_, memory.exchange, "the exchange");
-        of_each(sums_, memory.sums, "the sums");
-        of_each(arrived_, memory.arrived, "the barriers");
         of_each(after_, memory.after, "the impulses");
         springs_.clear(stream_);
+    } else if (scene_.tiles) {
+        const auto at_once = std::min(count, std::size_t(scene_.most_robots()));
+        make(masses_, at_once * memory.masses, "the exchange");
+        make(forces_, at_once * memory.forces, "the exchange");
+        make_list(device_cells_, scene_.tiles->cells);
+        make_list(halo_, scene_.tiles->masses);
+        make_list(inbox_, scene_.tiles->forces);
     } else {
-        const block_plan& plan = *scene_.plan;
-        make(device_cells_, plan.cells.size(), "the plan");
-        device_cells_.upload(plan.cells.data(), plan.cells.size(), stream_);
+        make_list(device_cells_, scene_.plan->cells);
     }
 }
 

@@ -60,18 +60,31 @@ void robots_on_gpu<R>::advance(double seconds, int64_t steps) {
 template <class R>
 void robots_on_gpu<R>::step_robots(const step_launch<R>& launch) {
     const auto robots = unsigned(running_.size());
-    if (!scene_.on_grid()) {
+    if (!scene_.on_grid() && !scene_.tiles) {
         scene_.launch_step(gpu_, stream_, launch, robots);
         return;
     }
     arrived_.clear(stream_);
     sums_.clear(stream_);
     for (unsigned first = 0; first < robots; first += scene_.most_robots()) {
-        grid_launch<R> arguments{
-            launch, after_.data(), exchange_.data(), sums_.data(), arrived_.data(), setup_.grid, 0};
-        arguments.step.running += first;
-        scene_.launch_grid(gpu_, stream_, arguments,
-                           std::min(robots - first, scene_.most_robots()));
+        const unsigned now = std::min(robots - first, scene_.most_robots());
+        step_launch<R> some = launch;
+        some.running += first;
+        if (scene_.tiles) {
+            masses_.clear(stream_);
+            forces_.clear(stream_);
+            const std::size_t sums = sums_.size() / robots_.size() * first;
+            scene_.launch_tiles(
+                gpu_, stream_,
+                tile_launch<R>{some, halo_.data(), inbox_.data(), masses_.data(), forces_.data(),
+                               sums_.data() + sums, arrived_.data() + 3 * std::size_t(first)},
+                now);
+        } else {
+            scene_.launch_grid(gpu_, stream_,
+                               grid_launch<R>{some, after_.data(), exchange_.data(), sums_.data(),
+                                              arrived_.data(), setup_.grid, 0},
+                               now);
+        }
     }
 }
 

@@ -1,0 +1,147 @@
+// How lattices are cut into tiles that stay on their multiprocessors, without a GPU.
+#include "backend/cuda/plan/tile_plan.h"
+
+#include <map>
+#include <set>
+
+#include "backend/cuda/kernels/cells.h"
+#include "cuda_sets.h"
+
+using namespace limax;
+using namespace limax::cuda;
+using namespace limax::test;
+
+namespace {
+
+constexpr std::size_t memory = 232448;
+kernel_needs needs_of(int precision) { return {precision, 4, true, false, true}; }
+
+using place = std::array<int, 3>;
+place place_of(const lattice& grid, int site) {
+    return {site % (grid.nx + 1), site / (grid.nx + 1) % (grid.ny + 1),
+            site / ((grid.nx + 1) * (grid.ny + 1))};
+}
+
+}  // namespace
+
+TEST_CASE("every cell has one thread, and what a tile sends another expects") {
+    struct choice {
+        lattice grid;
+        std::array<int, 3> cut;
+        int precision;
+    };
+    for (const auto& [grid, cut, precision] :
+         {choice{{6, 5, 7}, {2, 2, 2}, LIMAX_DOUBLE}, choice{{14, 14, 14}, {1, 1, 3}, 1},
+          choice{{40, 15, 1}, {3, 2, 1}, LIMAX_SINGLE}, choice{{30, 30, 30}, {2, 4, 4}, 1}}) {
+        CAPTURE(grid.nx);
+        const auto plan = cut_into_tiles(grid, cut, needs_of(precision), memory);
+        REQUIRE(plan);
+        CHECK(plan->shared_bytes <= memory);
+        const int slots = plan->rounds * plan->threads;
+        const int stride = (precision == LIMAX_DOUBLE ? 2 : 1) * int(grid.sites());
+        REQUIRE(int(plan->cells.size()) == plan->tiles * slots);
+        std::vector<int> tile_of(std::size_t(grid.sites()), -1), place_in(tile_of);
+        std::set<int> shown;
+        for (int i = 0; i < int(plan->cells.size()); ++i) {
+            const cell_entry cell = plan->cells[i];
+            if (cell.site < 0) continue;
+            CHECK(tile_of[cell.site] == -1);
+            tile_of[cell.site] = i / slots;
+            place_in[cell.site] = cell.axes & 0xffff;
+            if (cell.axes >> 16 & 1) shown.insert(cell.site);
+        }
+        CHECK(std::count(tile_of.begin(), tile_of.end(), -1) == 0);
+        // by packet and by reader
+        std::map<int, int> sent, received;
+        std::set<std::array<int, 2>> read;
+        for (int i = 0; i < int(plan->cells.size()); ++i) {
+            const cell_entry cell = plan->cells[i];
+            if (cell.site < 0) continue;
+            const int round = i % slots / plan->threads;
+            for (int c = 1; c < corners; ++c) {
+                place at = place_of(grid, cell.site);
+                for (int axis = 0; axis < 3; ++axis) at[axis] += c >> axis & 1;
+                const bool inside = at[0] <= grid.nx && at[1] <= grid.ny && at[2] <= grid.nz;
+                const int site = inside ? int(grid.site(at[0], at[1], at[2])) : -1;
+                const bool own = inside && tile_of[site] == i / slots;
+                CHECK((cell.axes >> (16 + c) & 1) == own);
+                CHECK((cell.axes >> (23 + c) & 1) == (inside && !own));
+                if (own)
+                    CHECK(place_in[site] == (cell.axes & 0xffff) + (c & 1) +
+                                                (c >> 1 & 1) * plan->row + (c >> 2) * plan->plane);
+                if (!inside || own) continue;
+                CHECK(round > 0);
+                CHECK(round <= plan->senders);
+                sent[(c - 1) * stride + site] = tile_of[site];
+                read.insert({i / slots, site});
+            }
+        }
+        for (std::size_t i = 0; i < plan->forces.size(); ++i) {
+            const cell_entry e = plan->forces[i];
+            if (e.site < 0) continue;
+            CHECK(received.emplace(e.site, int(i) / (plan->inbox * plan->threads)).second);
+            CHECK(e.axes == e.site / stride * plan->own_places + place_in[e.site % stride]);
+        }
+        CHECK(sent == received);
+        for (std::size_t i = 0; i < plan->masses.size(); ++i) {
+            const cell_entry e = plan->masses[i];
+            if (e.site < 0) continue;
+            CHECK(shown.count(e.site) == 1);
+            CHECK((e.axes & 0xffff) < plan->places);
+            CHECK(read.erase({int(i) / (plan->halo * plan->threads), e.site}) == 1);
+        }
+        CHECK(read.empty());
+    }
+}
+
+TEST_CASE("tiles of a robot fit the GPU together, whatever it has") {
+    const auto at_once = [](const lattice& grid, int multiprocessors, int robots) {
+        const auto plan =
+            plan_tiles(grid, needs_of(LIMAX_COMPENSATED), memory, multiprocessors, robots);
+        return plan ? multiprocessors / plan->tiles : 0;
+    };
+    CHECK(at_once({10, 10, 10}, 132, 528) == 66);
+    CHECK(at_once({14, 14, 14}, 132, 44) == 44);
+    CHECK(at_once({20, 20, 20}, 132, 66) == 14);
+    CHECK(at_once({30, 30, 30}, 132, 16) == 4);
+    CHECK(at_once({50, 50, 50}, 132, 1) == 1);
+    CHECK(at_once({60, 50, 50}, 132, 1) == 0);
+    CHECK(at_once({20, 20, 20}, 10, 66) == 1);
+    CHECK(at_once({20, 20, 20}, 5, 66) == 0);
+}
+
+TEST_CASE("LIMAX_CUDA_PATH=tiles selects tiles where they can be used") {
+    asking_machine machine;
+    const environment_variable path("LIMAX_CUDA_PATH");
+    path.set("tiles");
+    const auto entry_of = [&](unsigned mask, const lattice& grid) {
+        return machine.step_of(setup_of(mask, LIMAX_COMPENSATED, LIMAX_LEAPFROG, grid)).entry;
+    };
+    CHECK(entry_of(walking_effects, {14, 14, 14}) == "tiles");
+    CHECK(entry_of(walking_effects, {5, 5, 5}) == "tiles");
+    CHECK(entry_of(walking_effects | effects::bit<effects::drag>, {14, 14, 14}) != "tiles");
+    CHECK(entry_of(walking_effects, {70, 70, 70}) == "grid");
+}
+
+TEST_CASE("tiles compile in every precision and integrator, with every effect that they take") {
+    const compiler* nvrtc = found_compiler();
+    if (!nvrtc) return;
+    asking_machine machine;
+    const environment_variable path("LIMAX_CUDA_PATH");
+    path.set("tiles");
+    const unsigned others = effects::face_bits | effects::meeting_bits | effects::solid_bits |
+                            effects::bit<effects::edges>;
+    for (const int precision : every_precision)
+        for (const int integrator : {LIMAX_SYMPLECTIC_EULER, LIMAX_LEAPFROG}) {
+            if (skips_long_tests() && (integrator == LIMAX_LEAPFROG) == (precision == LIMAX_SINGLE))
+                continue;
+            simulation_setup setup =
+                setup_of(every_effect & ~others, precision, integrator, {20, 20, 20});
+            setup.scene.add("planes");
+            const kernel_set set = machine.step_of(setup);
+            CHECK(set.entry == "tiles");
+            std::string log;
+            CHECK(!compiled(*nvrtc, set, "compute_90", {}, &log).empty());
+            CHECK(log == "");
+        }
+}
