@@ -269,16 +269,6 @@ struct grid_robot {
         __syncthreads();
     }
 
-    // The muscles' moments of the steps up to the next event.
-    __device__ void prepare_steps(int64_t step, int steps) {
-        if constexpr (controlled) {
-            if (thread == 0)
-                shared.control.since_tick = real(steps_since_tick(shared.record, step));
-        } else if constexpr (actuated)
-            for (int i = thread; i < steps; i += threads)
-                shared.moments[i] = moment_at(launch, shared.record, step + i);
-    }
-
     // ---- a step ----
 
     // Returns a function that gives the solids' push on a mass.

@@ -37,6 +37,38 @@ __device__ inline bool begin_launch(Robot& robot) {
     return !shared.record.begun || shared.stop > shared.record.step;
 }
 
+// The muscles' moments of the steps up to the next event.
+template <class Robot>
+__device__ inline void prepare_steps(Robot& robot, int64_t step, int steps) {
+    auto& shared = robot.shared;
+    if constexpr (controlled) {
+        if (threadIdx.x == 0)
+            shared.control.since_tick = real(steps_since_tick(shared.record, step));
+    } else if constexpr (actuated)
+        for (int i = threadIdx.x; i < steps; i += LIMAX_THREADS)
+            shared.moments[i] = moment_at(robot.launch, shared.record, step + i);
+}
+
+// Adds the masses of a thread to the parts of the centre of mass. One axis at a time: registers
+// are scarce here.
+template <class Robot>
+__device__ inline void add_center(Robot& robot) {
+    const double of_total = 1.0 / robot.shared.record.total_mass;
+#pragma unroll 1
+    for (int axis = 0; axis < 3; ++axis) {
+        int64_t words[2] = {};
+        robot.each_mass([&](int k) {
+            const real* x = robot.mass[k].position;
+            add_to_center(words, double(robot.mass[k].mass) * of_total,
+                          double(axis == 0   ? x[0]
+                                 : axis == 1 ? x[1]
+                                             : x[2]));
+        });
+        for (int word = 0; word < 2; ++word)
+            add_over_warp(words[word], robot.shared.part[sum_center + 2 * axis + word]);
+    }
+}
+
 // Everything that is due at `step` beside the step. Returns false when the robot has diverged.
 template <class Robot>
 __device__ inline bool take_event(Robot& robot, int64_t step, loop_state& now) {
@@ -63,7 +95,7 @@ __device__ inline bool take_event(Robot& robot, int64_t step, loop_state& now) {
     if (threadIdx.x == 0) shared.times = times_at(record, step);
     now.since_event = 0;
     now.until_event = steps_to_event(record, step, shared.stop, [&] { return robot.solid(); });
-    robot.prepare_steps(step, now.last() ? 1 : now.until_event);
+    prepare_steps(robot, step, now.last() ? 1 : now.until_event);
     if (now.last()) robot.store_masses();
     robot.wait();
     return true;

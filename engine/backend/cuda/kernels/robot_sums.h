@@ -32,13 +32,6 @@ __device__ inline void meet(unsigned* arrived, int blocks) {
     __syncthreads();
 }
 
-// Where a thread's part of a sum goes, by warp.
-template <int warps>
-__device__ inline void add_over_warp(int64_t value, int64_t (&part)[warps]) {
-    value = sum_over_warp(value);
-    if (threadIdx.x % 32 == 0) part[threadIdx.x / 32] = value;
-}
-
 // Adds up shared.part of all blocks of a robot in shared.sum_of. `sets` are sum_sets sets of sums
 // that start at 0; `event` counts the calls of a launch.
 template <class Memory>

@@ -188,5 +188,10 @@ __device__ inline int64_t sum_over_warp(int64_t value) {
         value += __shfl_xor_sync(0xffffffffu, value, distance);
     return value;
 }
+// Puts a thread's part of a sum into `part`, [warp].
+__device__ inline void add_over_warp(int64_t value, int64_t* part) {
+    value = sum_over_warp(value);
+    if (threadIdx.x % 32 == 0) part[threadIdx.x / 32] = value;
+}
 
 }  // namespace limax::cuda

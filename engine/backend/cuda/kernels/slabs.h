@@ -223,11 +223,6 @@ __device__ inline corner corner_of_robot(int site, block_memory& shared) {
                  (z - first_layer(rank)) * LIMAX_PLANE);
 }
 
-// Sums over all masses of a robot: by warp, by block, by cluster.
-__device__ inline void add_over_warp(int64_t value, int64_t part[warps]) {
-    value = sum_over_warp(value);
-    if (threadIdx.x % 32 == 0) part[threadIdx.x / 32] = value;
-}
 // Adds up parts first .. first + count - 1 for the first thread of every block.
 __device__ inline void add_over_blocks(block_memory& shared, int first, int count) {
     __syncthreads();

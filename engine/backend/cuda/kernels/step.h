@@ -241,21 +241,7 @@ struct block_robot {
     // Finds the centre of mass, and moves the origin and all masses if it is far away.
     __device__ void take_center(int64_t step) {
         robot_record& record = shared.record;
-        const double of_total = 1.0 / record.total_mass;
-        // one axis at a time: registers are scarce here
-#pragma unroll 1
-        for (int axis = 0; axis < 3; ++axis) {
-            int64_t words[2] = {};
-            each_mass([&](int k) {
-                const real* x = mass[k].position;
-                add_to_center(words, double(mass[k].mass) * of_total,
-                              double(axis == 0   ? x[0]
-                                     : axis == 1 ? x[1]
-                                                 : x[2]));
-            });
-            for (int word = 0; word < 2; ++word)
-                add_over_warp(words[word], shared.part[sum_center + 2 * axis + word]);
-        }
+        add_center(*this);
         add_over_blocks(shared, sum_center, 6);
         if (thread == 0)
             shared.moved =
@@ -297,16 +283,6 @@ struct block_robot {
     __device__ void load_springs() {
         cells.load(launch, shared);
         cells.drive(launch, shared);
-    }
-
-    // The muscles' moments of the steps up to the next event.
-    __device__ void prepare_steps(int64_t step, int steps) {
-        if constexpr (controlled) {
-            if (thread == 0)
-                shared.control.since_tick = real(steps_since_tick(shared.record, step));
-        } else if constexpr (actuated)
-            for (int i = thread; i < steps; i += threads)
-                shared.moments[i] = moment_at(launch, shared.record, step + i);
     }
 
     // ---- a step ----

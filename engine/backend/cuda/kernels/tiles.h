@@ -259,7 +259,7 @@ struct tile_robot {
         add(sum_speed, broken & limit_speed ? 1 : 0);
         add(sum_stretch, broken & limit_stretch ? 1 : 0);
         add(sum_coarse, broken & limit_coarse ? 1 : 0);
-        add_center();
+        add_center(*this);
         add_over_robot();
         const int64_t* const sums = shared.sum_of;
         if (thread == 0 && sums[sum_coarse] != 0) record.coarse = 1;
@@ -271,23 +271,6 @@ struct tile_robot {
     __device__ void add_over_robot() {
         add_over_blocks(shared, arguments.sums + robot_of_launch() * (sum_sets * grid_sums),
                         arrived(), shared.tiles, leads(), event);
-    }
-    __device__ void add_center() {
-        const double of_total = 1.0 / shared.record.total_mass;
-        // one axis at a time: registers are scarce here
-#pragma unroll 1
-        for (int axis = 0; axis < 3; ++axis) {
-            int64_t words[2] = {};
-            each_mass([&](int k) {
-                const real* x = mass[k].position;
-                add_to_center(words, double(mass[k].mass) * of_total,
-                              double(axis == 0   ? x[0]
-                                     : axis == 1 ? x[1]
-                                                 : x[2]));
-            });
-            for (int word = 0; word < 2; ++word)
-                add_over_warp(words[word], shared.part[sum_center + 2 * axis + word]);
-        }
     }
 
     // Moves the origin and all masses if the centre of mass is far away.
@@ -366,16 +349,6 @@ struct tile_robot {
         if (thread == 0)
             sense_whole(launch, shared.record, shared.control.sums, nullptr, shared.control.whole);
         __syncthreads();
-    }
-
-    // The muscles' moments of the steps up to the next event.
-    __device__ void prepare_steps(int64_t step, int steps) {
-        if constexpr (controlled) {
-            if (thread == 0)
-                shared.control.since_tick = real(steps_since_tick(shared.record, step));
-        } else if constexpr (actuated)
-            for (int i = thread; i < steps; i += threads)
-                shared.moments[i] = moment_at(launch, shared.record, step + i);
     }
 
     // ---- a step ----
