@@ -12,7 +12,7 @@ local materials = engine.materials "paper"
 ---@class limax.device_case
 ---@field name string
 ---@field scene fun(size: number[]): table of a body of this size, m
----@field lattices integer[][] one for each kind of kernel: a block of threads, a cluster, the grid
+---@field lattices integer[][] one for each kind of kernel: a block of threads, tiles, the grid
 ---@field options table of the simulation
 ---@field make nil|fun(lattice: integer[]): limax.population
 ---@field place nil|fun(simulation: limax.simulation)

@@ -109,7 +109,6 @@ CUresult cuDeviceGetAttribute(int* value, CUdevice_attribute which, CUdevice dev
             *value = fake.shared_memory_of_block;
             break;
         case CU_DEVICE_ATTRIBUTE_L2_CACHE_SIZE: *value = 50 << 20; break;
-        case CU_DEVICE_ATTRIBUTE_CLUSTER_LAUNCH: *value = capability >= 90; break;
         default: *value = 1;
     }
     return CUDA_SUCCESS;

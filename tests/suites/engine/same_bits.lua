@@ -54,7 +54,7 @@ for _, case in ipairs(device_cases.list) do
   end)
 end
 
-for _, edge in ipairs { 5, 8 } do
+for _, edge in ipairs { 5, 8, 10 } do
   local lattice = { edge, edge, edge }
   -- the CPU has one kernel
   local devices = edge == 5 and "all" or "cuda"

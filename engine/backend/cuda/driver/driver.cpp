@@ -220,7 +220,6 @@ gpu driver::describe_gpu(int ordinal) const {
     g.second_level_cache = std::size_t(attribute(CU_DEVICE_ATTRIBUTE_L2_CACHE_SIZE));
     g.shared_memory_of_block =
         std::size_t(attribute(CU_DEVICE_ATTRIBUTE_MAX_SHARED_MEMORY_PER_BLOCK_OPTIN));
-    g.clusters = attribute(CU_DEVICE_ATTRIBUTE_CLUSTER_LAUNCH) != 0;
     return g;
 }
 

@@ -66,7 +66,6 @@ struct gpu {
     std::size_t memory;                  // bytes
     std::size_t second_level_cache;      // bytes
     std::size_t shared_memory_of_block;  // bytes, the most that a kernel can opt in to
-    bool clusters;                       // blocks can read each other's shared memory
 };
 
 // A call that the driver refused.

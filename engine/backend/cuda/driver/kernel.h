@@ -90,7 +90,6 @@ struct function_facts {
 struct launch_shape {
     unsigned blocks, threads;
     std::size_t shared_bytes = 0;  // dynamic
-    unsigned cluster = 1;          // blocks that share their shared memory; divides `blocks`
     bool cooperative = false;      // all blocks at once, so that they can wait for each other
 };
 

@@ -16,7 +16,7 @@ bool refused_as_too_new(CUresult result) {
 // A launch's configuration with room for its attributes.
 struct launch_config {
     CUlaunchConfig config{};
-    CUlaunchAttribute attributes[2]{};
+    CUlaunchAttribute attributes[1]{};
 
     launch_config(const launch_shape& shape, CUstream stream) {
         config.gridDimX = shape.blocks;
@@ -26,12 +26,6 @@ struct launch_config {
         config.sharedMemBytes = unsigned(shape.shared_bytes);
         config.hStream = stream;
         config.attrs = attributes;
-        if (shape.cluster > 1) {
-            CUlaunchAttribute& cluster = attributes[config.numAttrs++];
-            cluster.id = CU_LAUNCH_ATTRIBUTE_CLUSTER_DIMENSION;
-            cluster.value.clusterDim.x = shape.cluster;
-            cluster.value.clusterDim.y = cluster.value.clusterDim.z = 1;
-        }
         if (shape.cooperative) {
             CUlaunchAttribute& together = attributes[config.numAttrs++];
             together.id = CU_LAUNCH_ATTRIBUTE_COOPERATIVE;

@@ -67,4 +67,18 @@ struct sum_columns {
     }
 };
 
+// The force on the mass at a place: `own`, of the springs of its own cell, and the sums of others.
+template <int count>
+__device__ inline force force_on(const force& own, int place, const sum_columns<count, 1>& sums) {
+    force total = own;
+#pragma unroll
+    for (int c = 1; c < corners; ++c) {
+        const force part = sums.load(c, place);
+        total.x += part.x;
+        total.y += part.y;
+        total.z += part.z;
+    }
+    return total;
+}
+
 }  // namespace limax::cuda

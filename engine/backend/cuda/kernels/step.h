@@ -1,12 +1,11 @@
-// step.h: the block path: runs of robots that fit the shared memory of a block, or of a cluster of
-// blocks that share the lattice in slabs along z. One block or cluster per robot, the loop over
-// steps (loop.h) inside. A thread owns cells (cells.h): their springs, with their parameters in
-// registers, and the masses at their lowest corners, whose state never leaves registers. What
-// neighbours read is in shared memory: positions, velocities, and the sums of forces. Compiled for
-// one scene (scene.h), lattice (springs.h) and plan of the block (block_plan.h):
+// step.h: the block path: runs of robots that fit the shared memory of a block. One block per
+// robot, the loop over steps (loop.h) inside. A thread owns cells (cells.h): their springs, with
+// their parameters in registers, and the masses at their lowest corners, whose state never leaves
+// registers. What neighbours read is in shared memory: positions, velocities, and the sums of
+// forces. Compiled for one scene (scene.h), lattice (springs.h) and plan of the block
+// (block_plan.h):
 //   LIMAX_ROW, LIMAX_PLANE             places between neighbours along y and z in shared memory
 //   LIMAX_PLACES                       all places of a block
-//   LIMAX_CLUSTER                      blocks of a robot
 //   LIMAX_CUBE_SLOTS, LIMAX_RIM_SLOTS  slots of cells
 //   LIMAX_MIXED                        1 where squares of all orientations share slots, else 0
 //   LIMAX_THREADS, LIMAX_BLOCKS        threads of a block, blocks of a multiprocessor
@@ -14,9 +13,9 @@
 // SI units.
 #pragma once
 
+#include "backend/cuda/kernels/block_cells.h"
+#include "backend/cuda/kernels/block_faces.h"
 #include "backend/cuda/kernels/loop.h"
-#include "backend/cuda/kernels/slab_cells.h"
-#include "backend/cuda/kernels/slab_faces.h"
 
 namespace limax::cuda {
 
@@ -42,25 +41,22 @@ __device__ inline void fetch_drive(const launch_arguments& launch, block_memory&
 // What the controller senses of the body as a whole.
 __device__ inline void sense_body(const launch_arguments& launch, block_memory& shared) {
     constexpr site_grid grid{lattice{}};
-    constexpr int layer = grid.x * grid.y, at_once = 6;
+    constexpr int at_once = 6;
     const robot_record& record = shared.record;
     const double of_total = 1.0 / record.total_mass;
     const float* const mass = launch.mass + robot_of(launch) * sites;
-    const bool topmost = cluster_rank() == cluster_blocks - 1;
-    const int begin = first_layer(cluster_rank()) * layer;
-    const int end = (first_layer(cluster_rank() + 1) + topmost) * layer;
 #pragma unroll 1
     for (int first = 0; first < sensors::body_sums; first += at_once) {
         const int count = smaller(at_once, sensors::body_sums - first);
 #pragma unroll 1
         for (int i = 0; i < count; ++i) {
             int64_t part = 0;
-            for (int site = begin + opaque(threadIdx.x); site < end; site += threads)
-                part += part_of_body(first + i, corner_of_robot(site, shared), mass[site], grid,
+            for (int site = opaque(threadIdx.x); site < sites; site += threads)
+                part += part_of_body(first + i, shared.at.load(place_of(site)), mass[site], grid,
                                      site, of_total);
             add_over_warp(part, shared.part[sum_center + i]);
         }
-        add_over_blocks(shared, sum_center, count);
+        add_over_block(shared, sum_center, count);
         if (threadIdx.x == 0)
             for (int i = 0; i < count; ++i)
                 shared.control.sums[first + i] = shared.sum_of[sum_center + i];
@@ -84,27 +80,20 @@ __device__ __noinline__ bool tick_block(const launch_arguments& launch, block_me
     follow_origin(params, launch.scene, record.origin, time_of(record, record.next_tick));
     if constexpr (senses_body) sense_body(launch, shared);
     const int64_t number = record.ticks;
-    const int lowest = first_layer(cluster_rank());
-    const int layers = first_layer(cluster_rank() + 1) - lowest;
     const float* const genes = shared.control.genes_of(launch, robot_of(launch));
     bool finite = true;
-    for (int v = opaque(threadIdx.x); v < LIMAX_NX * LIMAX_NY * layers; v += threads)
+    for (int v = opaque(threadIdx.x); v < LIMAX_NX * LIMAX_NY * LIMAX_NZ; v += threads)
         finite &= tick_voxel(
             launch, record, params, robot_of(launch), number, grid, v % LIMAX_NX,
-            v / LIMAX_NX % LIMAX_NY, v / (LIMAX_NX * LIMAX_NY) + lowest, genes,
-            shared.control.whole, shared.control.per_gravity,
-            [&](int site, int c) {
-                if constexpr (cluster_blocks == 1)
-                    return shared.at.load(place_of(site) + corner_place(c));
-                return corner_of_robot(site + grid.corner(c), shared);
-            },
+            v / LIMAX_NX % LIMAX_NY, v / (LIMAX_NX * LIMAX_NY), genes, shared.control.whole,
+            shared.control.per_gravity,
+            [&](int site, int c) { return shared.at.load(place_of(site) + corner_place(c)); },
             [&](int site, int half, real drive) {
-                if constexpr (cluster_blocks == 1) shared.drive[half][sites_before + site] = drive;
+                shared.drive[half][sites_before + site] = drive;
             });
-    if (any_of_robot(shared, control_wild, !finite)) return false;
+    if (any_of_robot(!finite)) return false;
     if (threadIdx.x == 0) count_tick(record);
     __syncthreads();
-    if constexpr (cluster_blocks > 1) fetch_drive(launch, shared);
     return true;
 }
 
@@ -112,7 +101,7 @@ __device__ __noinline__ bool tick_block(const launch_arguments& launch, block_me
 struct block_robot {
     const launch_arguments& launch;
     block_memory& shared;
-    const int thread, rank;
+    const int thread;
     thread_cells cells;
     mass_state mass[cell_rounds];  // massless in a lane without a cell
     real next_velocity[cell_rounds][3];
@@ -122,11 +111,7 @@ struct block_robot {
     unsigned present = 0, touching = 0;
 
     __device__ block_robot(const launch_arguments& arguments, block_memory& memory)
-        : launch(arguments),
-          shared(memory),
-          thread(threadIdx.x),
-          rank(cluster_rank()),
-          params(arguments.params) {
+        : launch(arguments), shared(memory), thread(threadIdx.x), params(arguments.params) {
         // also the places that no mass has
         for (int place = thread; place < places; place += threads) {
             shared.at.store(place, {});
@@ -139,7 +124,7 @@ struct block_robot {
     // ---- where things are ----
 
     __device__ int64_t index() const { return robot_of(launch); }
-    __device__ bool leads() const { return rank == 0 && thread == 0; }
+    __device__ bool leads() const { return thread == 0; }
     __device__ robot_solid solid() const {
         return solid_of(launch, robot_of(launch), sites,
                         launch.solids.after + robot_of(launch) * 3 * sites);
@@ -149,7 +134,7 @@ struct block_robot {
         return pairs_of(launch, grid, robot_of(launch));
     }
     // Waits for all threads of the robot.
-    __device__ void wait() const { meet_cluster(); }
+    __device__ void wait() const { __syncthreads(); }
 
     // Calls visit(round) for this thread's masses. A lane without a cell has one of 0 kg at an
     // unused place.
@@ -191,8 +176,7 @@ struct block_robot {
     // Ends the step that the last launch left between kick and drift, where both velocities are
     // stored, and publishes all masses for their springs.
     __device__ void begin_masses() {
-        // every block has laid out its memory before another writes there
-        meet_cluster();
+        __syncthreads();
         const robot_record& record = shared.record;
         if constexpr (controlled) {
             shared.control.load(launch, record, robot_of(launch), threads);
@@ -206,7 +190,7 @@ struct block_robot {
             else
                 publish(mass[k], cells.place[k], shared);
         });
-        meet_cluster();
+        __syncthreads();
         if constexpr (meets) list_contacts();
     }
 
@@ -217,11 +201,11 @@ struct block_robot {
         robot_record& record = shared.record;
         if (step % check_interval != 0 && step != record.steps) return true;
         const int broken = broken_limits();
-        if (!any_of_robot(shared, limits_broken, broken)) return true;
-        const bool diverged = any_of_robot(shared, divergence_found, broken & limits_of_divergence);
-        const bool coarse_seen = any_of_robot(shared, coarse_found, broken & limit_coarse);
-        const bool nonfinite = any_of_robot(shared, nonfinite_found, broken & limit_nonfinite);
-        const bool speed = any_of_robot(shared, speed_found, broken & limit_speed);
+        if (!any_of_robot(broken)) return true;
+        const bool diverged = any_of_robot(broken & limits_of_divergence);
+        const bool coarse_seen = any_of_robot(broken & limit_coarse);
+        const bool nonfinite = any_of_robot(broken & limit_nonfinite);
+        const bool speed = any_of_robot(broken & limit_speed);
         if (thread == 0 && coarse_seen) record.coarse = 1;
         if (diverged && thread == 0) note_divergence(record, step, nonfinite, speed);
         return !diverged;
@@ -242,10 +226,9 @@ struct block_robot {
     __device__ void take_center(int64_t step) {
         robot_record& record = shared.record;
         add_center(*this);
-        add_over_blocks(shared, sum_center, 6);
+        add_over_block(shared, sum_center, 6);
         if (thread == 0)
-            shared.moved =
-                note_center(launch, record, step, shared.sum_of, shared.shift, rank == 0);
+            shared.moved = note_center(launch, record, step, shared.sum_of, shared.shift, true);
         __syncthreads();
         if (!shared.moved) return;
         each_mass([&](int k) {
@@ -260,9 +243,8 @@ struct block_robot {
         int64_t touching_masses = 0;
         each_mass([&](int k) { touching_masses += touches(mass[k], params); });
         add_over_warp(touching_masses, shared.part[sum_touching]);
-        add_over_blocks(shared, sum_touching, 1);
-        if (thread == 0)
-            note_contact(launch, shared.record, shared.sum_of[sum_touching], rank == 0);
+        add_over_block(shared, sum_touching, 1);
+        if (thread == 0) note_contact(launch, shared.record, shared.sum_of[sum_touching], true);
     }
 
     // Lets the controller act. Returns false if it gave a value that is not finite.
@@ -316,10 +298,10 @@ struct block_robot {
             const contact_pairs pairs = contacts();
             each_site([&](int k, int site) {
                 met[k] = force_of_pairs(pairs, launch, site,
-                                        [&](int other) { return corner_of_robot(other, shared); });
+                                        [&](int other) { return shared.at.load(place_of(other)); });
             });
         }
-        meet_cluster();
+        __syncthreads();
         const auto moment =
             scripted_moment_at(launch, shared.record, shared.record.step + now.since_event);
         if constexpr (has_motion) move_contacts(params, launch.scene, moment.origin, moment.time);
@@ -327,14 +309,14 @@ struct block_robot {
         touching = 0;
         if constexpr (!kicks_apart) {
             each_mass([&](int k) {
-                begin_mass(mass[k], force_on(own[k], cells.place[k], shared), met[k], params,
+                begin_mass(mass[k], force_on(own[k], cells.place[k], shared.sum), met[k], params,
                            moment, shared.times.h, next_velocity[k]);
                 end_step(k);
             });
         } else {
             const auto push = pushes_of_solids();
             each_mass([&](int k) {
-                kick_mass(mass[k], force_on(own[k], cells.place[k], shared), met[k], push(k),
+                kick_mass(mass[k], force_on(own[k], cells.place[k], shared.sum), met[k], push(k),
                           params, moment, shared.times.h, next_velocity[k]);
                 if constexpr (has_faces) show_velocity(next_velocity[k], cells.place[k], shared);
             });
@@ -358,7 +340,7 @@ struct block_robot {
                     show_velocity(next_velocity[k], cells.place[k], shared);
                 });
             },
-            [] { meet_cluster(); });
+            [] { __syncthreads(); });
     }
 
     // The solids' own step, and what their friction does to the masses.
@@ -373,12 +355,12 @@ struct block_robot {
             });
         };
         each_touching([](real& there, real& here) { there = here; });
-        meet_cluster();
-        if (rank == 0 && thread < lanes)
+        __syncthreads();
+        if (thread < lanes)
             limax::cuda::step_solids(
                 own, launch, record.origin, time_of(record, record.step + now.since_event),
                 double(shared.times.h), !now.last(), record.time_step, double(shared.times.share));
-        meet_cluster();
+        __syncthreads();
         each_touching([](const real& there, real& here) { here = __ldcg(&there); });
     }
 
@@ -404,16 +386,16 @@ struct block_robot {
     // After all masses have moved.
     __device__ void begin_step(int64_t /*step*/) {
         if constexpr (meets) {
-            if (any_of_robot(shared, mass_moved, moved)) list_contacts();
+            if (any_of_robot(moved)) list_contacts();
         } else {
-            meet_cluster();
+            __syncthreads();
         }
     }
 
     __device__ void list_contacts() {
         const contact_pairs pairs = contacts();
         each_site([&](int /*k*/, int site) {
-            pairs.list(site, [&](int other) { return corner_of_robot(other, shared); });
+            pairs.list(site, [&](int other) { return shared.at.load(place_of(other)); });
         });
     }
 
@@ -426,19 +408,17 @@ struct block_robot {
             const int site = cells.entry(launch, k).site;
             if (site >= 0) store_mass(mass[k], state_of(launch) + site, sites);
         });
-        // no block ends while another may still reach into its memory
-        meet_cluster();
+        __syncthreads();
     }
     __device__ void store_kick() {
         each_mass([&](int k) {
             const int site = cells.entry(launch, k).site;
             if (site >= 0) limax::cuda::store_kick(mass[k], state_of(launch) + site, sites);
         });
-        meet_cluster();
+        __syncthreads();
     }
     __device__ void store_record() {
-        if (rank == 0)
-            copy_record(launch.records[robot_of(launch)], shared.record, thread, threads);
+        copy_record(launch.records[robot_of(launch)], shared.record, thread, threads);
     }
 };
 

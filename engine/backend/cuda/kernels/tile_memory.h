@@ -74,10 +74,10 @@ __device__ inline packet look(const packet* at) {
 #endif
     return p;
 }
-// The sender is on the GPU too, so this ends; after many seconds something is wrong.
+// The sender is on the GPU too, so this ends; after seconds something is wrong.
 __device__ inline void wait_for(packet& p, const packet* at, uint32_t number) {
     for (int tries = 0; p.number != number; ++tries) {
-        if (tries == 1 << 26) __trap();
+        if (tries == 1 << 22) __trap();
         p = look(at);
     }
 }

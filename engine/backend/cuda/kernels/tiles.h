@@ -387,18 +387,6 @@ struct tile_robot {
             });
         return own;
     }
-    __device__ force force_on(const force& own, int at) const {
-        force total = own;
-#pragma unroll
-        for (int c = 1; c < corners; ++c) {
-            const force part = shared.sum.load(c, at);
-            total.x += part.x;
-            total.y += part.y;
-            total.z += part.z;
-        }
-        return total;
-    }
-
     // Forces of springs, then everything that acts on masses, up to the end of the step.
     __device__ void kick_masses(const loop_state& now) {
         const auto muscles = moment_of(shared, now);
@@ -417,8 +405,8 @@ struct tile_robot {
             scripted_moment_at(launch, shared.record, shared.record.step + now.since_event);
         if constexpr (has_motion) move_contacts(params, launch.scene, moment.origin, moment.time);
         each_mass([&](int k) {
-            begin_mass(mass[k], force_on(own[k], place(k)), {}, params, moment, shared.times.h,
-                       next_velocity[k]);
+            begin_mass(mass[k], force_on(own[k], place(k), shared.sum), {}, params, moment,
+                       shared.times.h, next_velocity[k]);
             finish(k, shared.times, number + 1);
         });
     }

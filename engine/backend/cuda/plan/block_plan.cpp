@@ -185,8 +185,6 @@ int axes_of(const lattice& grid, int site) {
     return (x < grid.nx) | (y < grid.ny) << 1 | (z < grid.nz) << 2;
 }
 
-int first_layer(const lattice& grid, int cluster, int block) { return block * grid.nz / cluster; }
-
 // Gives every free lane a place of its own that no mass has, in the lane's bank where one is left.
 // `places` grows where there is none.
 void fill(std::vector<slot>& slots, const layout& at, int& places) {
@@ -234,56 +232,33 @@ struct candidate {
     block_plan plan;
 };
 
-candidate plan_with(const lattice& grid, int cluster, int row, int plane) {
+candidate plan_with(const lattice& grid, int row, int plane) {
     candidate out{0, {}};
     block_plan& plan = out.plan;
-    plan.cluster = cluster;
     plan.row = row;
     plan.plane = plane;
-    std::vector<std::vector<slot>> of_cubes, of_rim;  // [block][slot]
-    std::vector<layout> layouts;
-    for (int block = 0; block < cluster; ++block) {
-        const int below = first_layer(grid, cluster, block);
-        const int height = first_layer(grid, cluster, block + 1) - below;
-        const lattice slab{grid.nx, grid.ny, height};
-        const layout& at = layouts.emplace_back(layout{slab, row, plane});
-        plan.places = std::max(plan.places, at.places());
-        // the masses above a slab, and the cells that begin there, are the next block's
-        const auto own = int(slab.site(0, 0, height)), all = int(slab.sites());
-        const int count = block + 1 == cluster ? all : own;
-        std::vector<cell_entry> cubes, rim;
-        for (int site = 0; site < count; ++site) {
-            const int axes = axes_of(slab, site);
-            (axes == cube ? cubes : rim).push_back({site, axes});
-        }
-        of_cubes.push_back(assign(cubes, at, {cube}));
-        of_rim.push_back(assign(rim, at, {3, 5, 6}));
-        // all blocks have slots of the same kind
-        if (cluster == 1) {
-            std::vector<slot> fewer = assign(rim, at, {mixed});
-            plan.mixed = fewer.size() < of_rim[0].size();
-            if (plan.mixed) of_rim[0] = std::move(fewer);
-        }
-        refine(of_cubes.back());
-        refine(of_rim.back());
-        plan.cube_slots = std::max(plan.cube_slots, int(of_cubes[block].size()));
-        plan.rim_slots = std::max(plan.rim_slots, int(of_rim[block].size()));
+    const layout at{grid, row, plane};
+    plan.places = at.places();
+    std::vector<cell_entry> cubes, rim;
+    for (int site = 0; site < int(grid.sites()); ++site) {
+        const int axes = axes_of(grid, site);
+        (axes == cube ? cubes : rim).push_back({site, axes});
     }
-    for (int block = 0; block < cluster; ++block) {
-        std::vector<slot>& slots = of_cubes[block];
-        slots.resize(std::size_t(plan.cube_slots), slot(cube));
-        slots.insert(slots.end(), of_rim[block].begin(), of_rim[block].end());
-        slots.resize(std::size_t(plan.cube_slots + plan.rim_slots), slot(3));
-        fill(slots, layouts[block], plan.places);
-        const auto offset = int32_t(grid.site(0, 0, first_layer(grid, cluster, block)));
-        for (const slot& s : slots) {
-            out.cost += wavefronts(s);
-            for (cell_entry cell : s.cell) {
-                if (cell.site >= 0) cell.site += offset;
-                plan.cells.push_back(
-                    {cell.site, cell.axes + 8 * (s.axes == mixed ? square_of(cell.axes) : s.axes)});
-            }
-        }
+    std::vector<slot> slots = assign(cubes, at, {cube}), of_rim = assign(rim, at, {3, 5, 6});
+    std::vector<slot> fewer = assign(rim, at, {mixed});
+    plan.mixed = fewer.size() < of_rim.size();
+    if (plan.mixed) of_rim = std::move(fewer);
+    refine(slots);
+    refine(of_rim);
+    plan.cube_slots = int(slots.size());
+    plan.rim_slots = int(of_rim.size());
+    slots.insert(slots.end(), of_rim.begin(), of_rim.end());
+    fill(slots, at, plan.places);
+    for (const slot& s : slots) {
+        out.cost += wavefronts(s);
+        for (const cell_entry& cell : s.cell)
+            plan.cells.push_back(
+                {cell.site, cell.axes + 8 * (s.axes == mixed ? square_of(cell.axes) : s.axes)});
     }
     return out;
 }
@@ -311,7 +286,7 @@ std::optional<block_shape> shape_block(const block_plan& plan, const kernel_need
     shape.threads = warps * lanes;
     shape.blocks = one ? 1 : std::max(1, warps_at_once / warps);
 
-    // block_memory of kernels/slabs.h, which asserts that this suffices
+    // block_memory of kernels/block.h, which asserts that this suffices
     const int cube_rounds = (plan.cube_slots + warps - 1) / warps;
     const int rim_rounds = (slots + warps - 1) / warps - cube_rounds;
     const std::size_t real = in_double ? 8 : 4;
@@ -322,24 +297,21 @@ std::optional<block_shape> shape_block(const block_plan& plan, const kernel_need
         places * (needs.has_faces ? 6 : 0) * real +
         std::size_t(rim_rounds * shape.threads) *
             ((rim_classes * of_class + 1) * sizeof(float) + (plan.mixed ? 16 : 0) + 4 * real) +
-        check_interval * 2 * real +
-        std::size_t(warps + plan.cluster) * block_sums * sizeof(int64_t) + sizeof(robot_record) +
-        needs.control + needs.drive + shared_slack;
+        check_interval * 2 * real + std::size_t(warps + 1) * block_sums * sizeof(int64_t) +
+        sizeof(robot_record) + needs.control + needs.drive + shared_slack;
     if (shape.shared_bytes > most_shared_bytes) return std::nullopt;
     return shape;
 }
 
-block_plan plan_block(const lattice& grid, int cluster) {
+block_plan plan_block(const lattice& grid) {
     struct strides {
         int misfits, places, row, plane;
     };
     std::vector<strides> choices;
     const int along_x = grid.nx + 1, along_y = grid.ny + 1;
-    const int layers = (grid.nz + cluster - 1) / cluster + 1;
-    const int unpadded =
-        layout{{grid.nx, grid.ny, layers - 1}, along_x, along_x * along_y}.places();
-    const int cubes = (grid.nx * grid.ny * (layers - 1) + lanes - 1) / lanes;
-    const int slots = (along_x * along_y * layers + lanes - 1) / lanes;
+    const int unpadded = layout{grid, along_x, along_x * along_y}.places();
+    const int cubes = (grid.nx * grid.ny * grid.nz + lanes - 1) / lanes;
+    const int slots = (int(grid.sites()) + lanes - 1) / lanes;
     const int most = std::max(unpadded + unpadded / padding_share,
                               std::max(cubes, (slots + 1) / 2) * places_of_warp);
     // beyond these the classes of places repeat
@@ -347,7 +319,7 @@ block_plan plan_block(const lattice& grid, int cluster) {
         for (int plane = row * grid.ny + along_x; plane < row * grid.ny + along_x + lanes;
              ++plane) {
             // the first choice, without padding, always stays
-            const layout at{{grid.nx, grid.ny, layers - 1}, row, plane};
+            const layout at{grid, row, plane};
             if (!choices.empty() && at.places() > most) break;
             choices.push_back({misfits(at), at.places(), row, plane});
         }
@@ -357,17 +329,17 @@ block_plan plan_block(const lattice& grid, int cluster) {
     choices.resize(std::min(choices.size(), tried_layouts));
     candidate best{0, {}};
     for (const strides& choice : choices) {
-        candidate tried = plan_with(grid, cluster, choice.row, choice.plane);
+        candidate tried = plan_with(grid, choice.row, choice.plane);
         // two per cent more wavefronts are worth a smaller memory
         if (best.plan.cells.empty() || 102 * tried.cost < 100 * best.cost) best = std::move(tried);
     }
     return best.plan;
 }
 
-std::shared_ptr<const block_plan> block_plans::of(const lattice& grid, int cluster) {
+std::shared_ptr<const block_plan> block_plans::of(const lattice& grid) {
     const std::lock_guard lock(mutex_);
-    auto& plan = plans_[{grid.nx, grid.ny, grid.nz, cluster}];
-    if (!plan) plan = std::make_shared<const block_plan>(plan_block(grid, cluster));
+    auto& plan = plans_[{grid.nx, grid.ny, grid.nz}];
+    if (!plan) plan = std::make_shared<const block_plan>(plan_block(grid));
     return plan;
 }
 

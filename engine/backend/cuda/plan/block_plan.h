@@ -16,33 +16,27 @@ namespace limax::cuda {
 
 // Cells (kernels/cells.h) in slots of 32 lanes. Cubes fill the first `cube_slots`, the rim the
 // rest: squares of one orientation share a slot, with bars and the topmost site where they fit.
-//
-// Where one block is too small, a cluster of blocks shares the lattice in slabs along z: block k
-// holds the voxels of layers k nz / cluster to (k + 1) nz / cluster and the masses below them, the
-// last block also the topmost masses. Every block has as many slots as the largest.
 struct block_plan {
-    int cluster = 1;         // blocks
     int row = 0, plane = 0;  // places between neighbours along y and along z in shared memory
     int places = 0;          // all of a block, with those that no mass has: what sticks out of the
                              // lattice, and the cells of lanes without one
     int cube_slots = 0, rim_slots = 0;
     bool mixed = false;             // squares of different orientation share a slot
-    std::vector<cell_entry> cells;  // [block][slot][32]
+    std::vector<cell_entry> cells;  // [slot][32]
 };
 
 // Lays the masses out and assigns the cells to lanes so that what a warp reads is in different
-// banks, as far as the lattice allows. A cluster has at most as many blocks as the lattice has
-// layers of voxels.
-block_plan plan_block(const lattice& grid, int cluster = 1);
+// banks, as far as the lattice allows.
+block_plan plan_block(const lattice& grid);
 
 // Plans, each made once. Safe from any thread.
 class block_plans {
 public:
-    std::shared_ptr<const block_plan> of(const lattice& grid, int cluster);
+    std::shared_ptr<const block_plan> of(const lattice& grid);
 
 private:
     std::mutex mutex_;
-    std::map<std::array<int, 4>, std::shared_ptr<const block_plan>> plans_;
+    std::map<std::array<int, 3>, std::shared_ptr<const block_plan>> plans_;
 };
 
 // The demands of a scene on a kernel's memory.

@@ -22,8 +22,6 @@ constexpr unsigned light_effects = effects::bit<effects::springs> | effects::bit
                                    effects::muscle_bits | effects::bit<effects::target> |
                                    effects::bit<effects::gravity> | effects::bit<effects::ground> |
                                    effects::bit<effects::friction>;
-// Blocks that every GPU with clusters can put into one.
-constexpr int most_blocks_of_cluster = 8;
 
 // LIMAX_CUDA_PATH=grid or tiles sends small lattices over these paths too, so that tests can
 // compare them.
@@ -33,6 +31,13 @@ std::string path_asked_for() {
     if (std::string(path) == "grid" || std::string(path) == "tiles") return path;
     fail(LIMAX_INVALID_ARGUMENT,
          format("LIMAX_CUDA_PATH is '%s'; it must be auto, grid or tiles", path));
+}
+
+// Tiles wait for each other's packets, of 16 bytes that are read as one: since CUDA 12.3. They were
+// never run on a GPU below compute capability 9.0.
+bool tiles_possible(const gpu& device) {
+    const compiler* nvrtc = compiler::get(nullptr);
+    return device.capability >= 90 && (!nvrtc || std::stod(nvrtc->version()) >= 12.3);
 }
 
 std::string names_of_effects(unsigned mask) {
@@ -221,8 +226,7 @@ std::string scene_kernels::describe() const {
     const function_facts facts = step_->facts("limax_advance");
     nlohmann::ordered_json text;
     text["device"] = "cuda";
-    text["path"] = tiles ? "tiles" : on_grid_ ? "grid" : plan->cluster > 1 ? "cluster" : "block";
-    if (plan && plan->cluster > 1) text["blocks_of_cluster"] = plan->cluster;
+    text["path"] = tiles ? "tiles" : on_grid_ ? "grid" : "block";
     text["effects"] = names_of_effects(setup_->scene.mask());
     if (mask_ != setup_->scene.mask()) text["made_for"] = names_of_effects(mask_);
     text["form"] = name_of(form_);
@@ -337,26 +341,22 @@ void scene_kernels::choose_path(block_plans& plans, const gpu& device, int robot
     }
     const kernel_needs most{setup_->options.precision, 4, true, has_faces, true};
     const std::size_t shared = device.shared_memory_of_block;
-    const int most_cluster =
-        std::min(device.clusters ? most_blocks_of_cluster : 1, std::max(1, setup_->grid.nz));
     const std::string path = path_asked_for();
-    if (path == "tiles" && form_ != kernel_form::any_lattice && !has_faces && !meets && !has_solid)
-        tiles = plan_tiles(setup_->grid, needs, shared, device.multiprocessors, robots);
-    if (tiles) return;
-    on_grid_ = true;
-    const bool grid_path = form_ == kernel_form::any_lattice || path == "grid";
-    for (int cluster = 1; cluster <= most_cluster && on_grid_ && !grid_path; ++cluster) {
-        const int layers = (setup_->grid.nz + cluster - 1) / cluster;
-        if (int64_t(setup_->grid.nx) * setup_->grid.ny * layers > most_cubes_of_block) continue;
-        const auto candidate = plans.of(setup_->grid, cluster);
-        if (!shape_block(*candidate, most, shared)) continue;
-        on_grid_ = false;
-        plan = candidate;
-        const auto many = shape_block(*plan, needs, shared);
-        shape_ = form_ == kernel_form::one
-                     ? shape_block(*plan, needs, shared, kernel_form::one).value_or(*many)
-                     : *many;
+    const bool any = form_ == kernel_form::any_lattice;
+    if (!any && path == "auto" && setup_->grid.voxels() <= most_cubes_of_block) {
+        const auto candidate = plans.of(setup_->grid);
+        if (shape_block(*candidate, most, shared)) {
+            plan = candidate;
+            const auto many = shape_block(*plan, needs, shared);
+            shape_ = form_ == kernel_form::one
+                         ? shape_block(*plan, needs, shared, kernel_form::one).value_or(*many)
+                         : *many;
+            return;
+        }
     }
+    if (!any && path != "grid" && !has_faces && !meets && !has_solid && tiles_possible(device))
+        tiles = plan_tiles(setup_->grid, needs, shared, device.multiprocessors, robots);
+    on_grid_ = !tiles;
     if (on_grid_)
         grid_ = form_ == kernel_form::any_lattice
                     ? shape_any_grid(setup_->grid, needs)
@@ -394,7 +394,6 @@ void scene_kernels::define_shape(kernel_set& step) const {
         define("LIMAX_ROW", plan->row);
         define("LIMAX_PLANE", plan->plane);
         define("LIMAX_PLACES", plan->places);
-        define("LIMAX_CLUSTER", plan->cluster);
         define("LIMAX_CUBE_SLOTS", plan->cube_slots);
         define("LIMAX_RIM_SLOTS", plan->rim_slots);
         define("LIMAX_MIXED", int(plan->mixed));

@@ -65,10 +65,8 @@ public:
     template <class R>
     void launch_step(const context& gpu, const stream& stream, const step_launch<R>& arguments,
                      unsigned robots) const {
-        const auto cluster = unsigned(plan->cluster);
-        launch_shape shape{robots * cluster, unsigned(shape_.threads), shape_.shared_bytes};
-        shape.cluster = cluster;
-        launch(gpu, step_->function("limax_advance"), shape, stream, doing_, arguments);
+        launch(gpu, step_->function("limax_advance"),
+               {robots, unsigned(shape_.threads), shape_.shared_bytes}, stream, doing_, arguments);
     }
     // The same on the grid path, where `robots` are at most most_robots() and arguments.arrived is
     // all 0.

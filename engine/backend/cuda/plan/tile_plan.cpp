@@ -2,6 +2,7 @@
 #include "backend/cuda/plan/tile_plan.h"
 
 #include <algorithm>
+#include <map>
 
 #include "backend/cuda/kernels/cells.h"
 #include "limax.h"
@@ -74,15 +75,16 @@ struct tiling {
     int place(const box& b, const std::array<int, 3>& at) const {
         return (at[0] - b.low[0]) + row * (at[1] - b.low[1]) + plane * (at[2] - b.low[2]);
     }
-    // Masses and forces that the largest tile receives where it has neighbours on all sides that
-    // are cut.
-    int packets(int packets_of_mass) const {
+    // What a step of the largest tile takes of its multiprocessor, in warps of cells, where it has
+    // neighbours on all sides that are cut. Packets of faces across x are not side by side.
+    double work(int packets_of_mass) const {
         int window = 1, inner = 1;
         for (int axis = 0; axis < 3; ++axis) {
             window *= most[axis] + (cut[axis] > 1);
             inner *= most[axis] - (cut[axis] > 1);
         }
-        return (window - cells()) * packets_of_mass + 4 * (cells() - inner);
+        const int packets = (window - cells()) * packets_of_mass + 4 * (cells() - inner);
+        return work_of_step + (cells() + work_of_packets * packets) / lanes + 0.01 * cut[0];
     }
 };
 
@@ -143,11 +145,6 @@ std::vector<std::vector<cell_entry>> rounds_of(const tiling& t, const box& b, in
     return of;
 }
 
-// Deals a tile's list out to threads.
-void deal(const std::vector<cell_entry>& list, cell_entry* out) {
-    std::copy(list.begin(), list.end(), out);
-}
-
 }  // namespace
 
 std::optional<tile_plan> cut_into_tiles(const lattice& grid, const std::array<int, 3>& cut,
@@ -162,10 +159,6 @@ std::optional<tile_plan> cut_into_tiles(const lattice& grid, const std::array<in
     if (plan.rounds > most_rounds) return std::nullopt;
     plan.threads = parts(t.cells(), plan.rounds * lanes) * lanes;
     const auto threads = std::size_t(plan.threads), slots = threads * std::size_t(plan.rounds);
-    const int packets_of_mass = (in_double ? 2 : 1) * (needs.shares_velocity ? 2 : 1);
-    const int packets_of_force = in_double ? 2 : 1;
-    plan.work = work_of_step + double(t.cells()) / lanes +
-                work_of_packets * t.packets(packets_of_mass) / lanes;
 
     // tile_memory of kernels/tile_memory.h, which asserts that this suffices
     const auto measure = [&] {
@@ -228,7 +221,7 @@ std::optional<tile_plan> cut_into_tiles(const lattice& grid, const std::array<in
             for (int c = 1; c < corners; ++c) corner_of |= b.holds(moved(at, c, -1)) << c;
             if (!b.holds(at)) halo.push_back({t.site(at), t.place(b, at) | corner_of << 16});
         });
-        const int stride = packets_of_force * int(grid.sites());
+        const int stride = (in_double ? 2 : 1) * int(grid.sites());
         for (int c = 1; c < corners; ++c)
             b.each([&](const std::array<int, 3>& at) {
                 const auto cell = moved(at, c, -1);
@@ -246,8 +239,10 @@ std::optional<tile_plan> cut_into_tiles(const lattice& grid, const std::array<in
     plan.masses.assign(std::size_t(plan.tiles * plan.halo) * threads, {-1, 0});
     plan.forces.assign(std::size_t(plan.tiles * plan.inbox) * threads, {-1, 0});
     for (std::size_t k = 0; k < halos.size(); ++k) {
-        deal(halos[k], &plan.masses[k * std::size_t(plan.halo) * threads]);
-        deal(inboxes[k], &plan.forces[k * std::size_t(plan.inbox) * threads]);
+        std::copy(halos[k].begin(), halos[k].end(),
+                  &plan.masses[k * std::size_t(plan.halo) * threads]);
+        std::copy(inboxes[k].begin(), inboxes[k].end(),
+                  &plan.forces[k * std::size_t(plan.inbox) * threads]);
     }
     return plan;
 }
@@ -255,30 +250,16 @@ std::optional<tile_plan> cut_into_tiles(const lattice& grid, const std::array<in
 std::optional<tile_plan> plan_tiles(const lattice& grid, const kernel_needs& needs,
                                     std::size_t most_shared_bytes, int multiprocessors,
                                     int robots) {
-    struct choice {
-        double time;
-        std::array<int, 3> cut;
-    };
-    std::vector<choice> choices;
-    const tiling whole(grid, {1, 1, 1});
-    const int most_cells =
-        most_rounds * lanes * (needs.precision == LIMAX_DOUBLE ? most_warps_of_double : most_warps);
-    for (int z = 1; z <= whole.along[2]; ++z)
-        for (int y = 1; y <= whole.along[1] && y * z <= multiprocessors; ++y)
-            for (int x = 1; x <= whole.along[0] && x * y * z <= multiprocessors; ++x) {
-                const tiling t(grid, {x, y, z});
-                if (x * y * z == 1 || t.cells() > most_cells) continue;
-                const int waves = parts(robots, multiprocessors / (x * y * z));
-                const double work =
-                    work_of_step + double(t.cells()) / lanes +
-                    work_of_packets * t.packets(needs.shares_velocity ? 2 : 1) / lanes;
-                // packets of faces across x are not side by side
-                choices.push_back({waves * (work + 0.01 * x), {x, y, z}});
-            }
-    std::stable_sort(choices.begin(), choices.end(),
-                     [](const choice& a, const choice& b) { return a.time < b.time; });
-    for (const choice& some : choices)
-        if (auto plan = cut_into_tiles(grid, some.cut, needs, most_shared_bytes)) return plan;
+    const std::array<int, 3> along{grid.nx + 1, grid.ny + 1, grid.nz + 1};
+    std::multimap<double, std::array<int, 3>> cuts;  // by the time of all robots
+    for (int z = 1; z <= along[2]; ++z)
+        for (int y = 1; y <= along[1] && y * z <= multiprocessors; ++y)
+            for (int x = z * y == 1 ? 2 : 1; x <= along[0] && x * y * z <= multiprocessors; ++x)
+                cuts.emplace(parts(robots, multiprocessors / (x * y * z)) *
+                                 tiling(grid, {x, y, z}).work(needs.shares_velocity ? 2 : 1),
+                             std::array<int, 3>{x, y, z});
+    for (const auto& [time, cut] : cuts)
+        if (auto plan = cut_into_tiles(grid, cut, needs, most_shared_bytes)) return plan;
     return std::nullopt;
 }
 

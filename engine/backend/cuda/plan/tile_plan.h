@@ -18,8 +18,6 @@ struct tile_plan {
     int own_places = 0;           // up to its last mass
     int halo = 0, inbox = 0;      // most masses and forces that a thread receives
     std::size_t shared_bytes = 0;
-    // of the largest tile: a step's work of a multiprocessor, in warps of cells
-    double work = 0;
 
     // What threads own and receive, as kernels/tiles.h reads it; entries without a site are below
     // 0.

@@ -16,7 +16,7 @@ void robots_on_gpu<R>::release() {
     free(device_records_, device_running_, device_ranks_, device_cells_, halo_, inbox_, masses_,
          forces_, mass_, springs_, state_, exchange_, sums_, arrived_, faces_, after_, surface_,
          partners_, listed_at_, moved_, solids_, solid_marks_, solid_touches_, solid_corners_,
-         solid_after_, heights_, control_, genes_, muscles_, device_summaries_);
+         solid_pairs_, solid_after_, heights_, control_, genes_, muscles_, device_summaries_);
     for (device_memory<double>& samples : device_samples_) free(samples);
 }
 

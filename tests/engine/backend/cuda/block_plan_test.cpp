@@ -14,35 +14,32 @@ using namespace limax::cuda;
 
 TEST_CASE("a plan assigns every cell to one lane of a slot that it fits") {
     for (const lattice& grid : {lattice{1, 1, 1}, lattice{3, 3, 3}, lattice{5, 5, 5},
-                                lattice{8, 8, 8}, lattice{7, 4, 3}, lattice{16, 16, 2}})
-        for (int cluster = 1; cluster <= grid.nz && cluster <= 2; ++cluster) {
-            CAPTURE(grid.nx);
-            CAPTURE(cluster);
-            const block_plan plan = plan_block(grid, cluster);
-            const int slots = plan.cube_slots + plan.rim_slots;
-            REQUIRE(int(plan.cells.size()) == cluster * slots * 32);
-            const int reach = 1 + plan.row + plan.plane;
-            std::set<int> sites;
-            for (int i = 0; i < int(plan.cells.size()); ++i) {
-                const cell_entry cell = plan.cells[i];
-                const int axes = cell.axes & cube_axes, square = cell.axes >> 3;
-                const cell_entry first = plan.cells[i / 32 * 32];
-                CHECK((square == cube_axes) == (i / 32 % slots < plan.cube_slots));
-                CHECK((plan.mixed || square == first.axes >> 3));
-                if (cell.site < 0) {
-                    CHECK(-1 - cell.site + reach < plan.places);
-                    continue;
-                }
-                CHECK(sites.insert(cell.site).second);
-                const int x = cell.site % (grid.nx + 1),
-                          y = cell.site / (grid.nx + 1) % (grid.ny + 1),
-                          z = cell.site / ((grid.nx + 1) * (grid.ny + 1));
-                CHECK(axes == ((x < grid.nx) | (y < grid.ny) << 1 | (z < grid.nz) << 2));
-                CHECK((axes & ~square) == 0);
-                CHECK((axes == cube_axes) == (square == cube_axes));
+                                lattice{8, 8, 8}, lattice{7, 4, 3}, lattice{16, 16, 2}}) {
+        CAPTURE(grid.nx);
+        const block_plan plan = plan_block(grid);
+        const int slots = plan.cube_slots + plan.rim_slots;
+        REQUIRE(int(plan.cells.size()) == slots * 32);
+        const int reach = 1 + plan.row + plan.plane;
+        std::set<int> sites;
+        for (int i = 0; i < int(plan.cells.size()); ++i) {
+            const cell_entry cell = plan.cells[i];
+            const int axes = cell.axes & cube_axes, square = cell.axes >> 3;
+            const cell_entry first = plan.cells[i / 32 * 32];
+            CHECK((square == cube_axes) == (i / 32 < plan.cube_slots));
+            CHECK((plan.mixed || square == first.axes >> 3));
+            if (cell.site < 0) {
+                CHECK(-1 - cell.site + reach < plan.places);
+                continue;
             }
-            CHECK(int64_t(sites.size()) == grid.sites());
+            CHECK(sites.insert(cell.site).second);
+            const int x = cell.site % (grid.nx + 1), y = cell.site / (grid.nx + 1) % (grid.ny + 1),
+                      z = cell.site / ((grid.nx + 1) * (grid.ny + 1));
+            CHECK(axes == ((x < grid.nx) | (y < grid.ny) << 1 | (z < grid.nz) << 2));
+            CHECK((axes & ~square) == 0);
+            CHECK((axes == cube_axes) == (square == cube_axes));
         }
+        CHECK(int64_t(sites.size()) == grid.sites());
+    }
 }
 
 TEST_CASE("the lanes of a block without a cell have places of their own, which no mass has") {

@@ -145,7 +145,7 @@ TEST_CASE("the kernels of the common lattices spill little") {
     if (!nvrtc) return;
     const bool all = !skips_long_tests();
     // the oldest GPU's blocks have the least memory; in 10x10x10 voxels robots are on the grid path
-    // where there are no clusters
+    // before compute capability 9.0
     for (const int capability : all ? std::vector<int>{75, 80, 90} : std::vector<int>{75}) {
         asking_machine machine(capability);
         for (const int n : {5, 10})

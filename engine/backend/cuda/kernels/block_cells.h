@@ -1,8 +1,8 @@
-// slab_cells.h: the cells of a thread and their springs where masses are in shared memory
-// (slabs.h). SI units.
+// block_cells.h: the cells of a thread and their springs where masses are in shared memory
+// (block.h). SI units.
 #pragma once
 
-#include "backend/cuda/kernels/slabs.h"
+#include "backend/cuda/kernels/block.h"
 
 namespace limax::cuda {
 
@@ -25,7 +25,7 @@ struct thread_cells {
         const int role = (int(threadIdx.x) / 32 + block_of_multiprocessor() * warps / 4) % warps;
         const int slot = round * warps + role;
         if (slot >= slots) return {-1, 0};
-        return launch.cells[(cluster_rank() * slots + slot) * 32 + threadIdx.x % 32];
+        return launch.cells[slot * 32 + threadIdx.x % 32];
     }
 
     // Finds this thread's cells and loads the parameters of their springs.

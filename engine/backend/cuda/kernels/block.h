@@ -1,10 +1,8 @@
-// slabs.h: how a robot is stored in the shared memory of a block, or of a cluster of blocks that
-// share the lattice in slabs along z: places, cells, masses, data exchanged between blocks, sums
-// over all masses. Compiled with the defines of step.h. SI units.
+// block.h: how a robot is stored in the shared memory of a block: places, masses, sums over all
+// masses. Compiled with the defines of step.h. SI units.
 #pragma once
 
 #include "backend/cuda/kernels/block_memory.h"
-#include "backend/cuda/kernels/cluster.h"
 #include "backend/cuda/kernels/contact_pairs.h"
 #include "backend/cuda/kernels/control.h"
 #include "backend/cuda/kernels/faces.h"
@@ -68,35 +66,24 @@ __device__ inline int block_of_multiprocessor() {
     asm("mov.u32 %0, %%nsmid;" : "=r"(multiprocessors));
     return int(blockIdx.x / multiprocessors);
 }
-// The lowest layer of voxels of a block.
-__device__ inline int first_layer(int rank) { return rank * LIMAX_NZ / cluster_blocks; }
 __device__ inline int place_of(int site) {
     constexpr site_grid grid{lattice{}};
     const int row = site / grid.x;
-    const int layer = row / grid.y - first_layer(cluster_rank());
+    const int layer = row / grid.y;
     return site % grid.x + row % grid.y * LIMAX_ROW + layer * LIMAX_PLANE;
 }
 // The site at a place: the inverse of place_of().
 __device__ inline int site_at(int place) {
     constexpr site_grid grid{lattice{}};
     const int in_layer = place % LIMAX_PLANE;
-    return grid.at(in_layer % LIMAX_ROW, in_layer / LIMAX_ROW,
-                   place / LIMAX_PLANE + first_layer(cluster_rank()));
+    return grid.at(in_layer % LIMAX_ROW, in_layer / LIMAX_ROW, place / LIMAX_PLANE);
 }
 // Whether a place is on the low side of the lattice across an axis; axis 3 is 0 again.
 __device__ inline bool is_lowest(int axis, int place) {
     const int in_layer = place % LIMAX_PLANE;
     return axis % 3 == 0   ? in_layer % LIMAX_ROW == 0
            : axis % 3 == 1 ? in_layer < LIMAX_ROW
-                           : place < LIMAX_PLANE && cluster_rank() == 0;
-}
-// The masses of a block's lowest layer are also the topmost of the block below: offset of their
-// places there from those here, 0 for a mass that no other block has.
-__device__ inline int place_below(int place) {
-    if (cluster_blocks == 1) return 0;
-    const int rank = cluster_rank();
-    if (rank == 0 || place >= LIMAX_PLANE) return 0;
-    return (first_layer(rank) - first_layer(rank - 1)) * LIMAX_PLANE;
+                           : place < LIMAX_PLANE;
 }
 
 // Parameters of the squares of a round in shared memory, as held_parameters has them, [..][thread].
@@ -132,18 +119,6 @@ constexpr int face_places = has_faces ? places : 1;
 struct face_memory {
     real after[3][face_places], impulse[3][face_places];
 };
-// The questions that any_of_robot() may answer between two barriers.
-enum question {
-    limits_broken,
-    nonfinite_found,
-    speed_found,
-    divergence_found,
-    coarse_found,
-    mass_moved,
-    control_wild,
-    questions
-};
-
 struct block_memory {
     corner_columns<places> at;   // every mass
     sum_columns<places, 1> sum;  // forces of springs on masses of other threads
@@ -153,14 +128,12 @@ struct block_memory {
     effects::actuation::moment<real> moments[check_interval];  // of the muscles, from the
                                                                // last event on
     int64_t part[block_sums][warps];                           // of sums over all masses
-    int64_t of_block[block_sums][cluster_blocks];              // the same, of every block
-    int64_t sum_of[block_sums];                                // and of all
-    int answer[questions][cluster_blocks];                     // of any_of_robot(), by block
+    int64_t stop;                                              // last step of this launch
+    int64_t sum_of[block_sums];
     step_times times;
     double shift[3];  // of the origin, m
     int moved;        // whether any of it is not 0
     robot_record record;
-    int64_t stop;  // last step of this launch
     control_block control;
     // gain times activation of the voxel whose lowest corner a site is, at the last tick and at the
     // next: 0 of sites without one, also before the first site
@@ -170,91 +143,30 @@ static_assert(sizeof(block_memory) <= LIMAX_SHARED_BYTES);
 
 // ---- masses ----
 
-// The force on the mass at a place: `own`, of the springs of its own cell, and the sums of the
-// others. The sums on the upper corners of the cells below may be another block's.
-__device__ inline force force_on(const force& own, int place, block_memory& shared) {
-    force total = own;
-    const auto add = [&](const block_memory& memory, int number, int there) {
-        const force part = memory.sum.load(number, there);
-        total.x += part.x;
-        total.y += part.y;
-        total.z += part.z;
-    };
-#pragma unroll
-    for (int c = 1; c < 4; ++c) add(shared, c, place);
-    const int below = place_below(place);
-    if (below == 0) {
-#pragma unroll
-        for (int c = 4; c < corners; ++c) add(shared, c, place);
-    } else {
-        const block_memory& other = in_block(shared, cluster_rank() - 1);
-#pragma unroll
-        for (int c = 4; c < corners; ++c) add(other, c, place + below);
-    }
-    return total;
-}
-
 // Stores what all threads may read of a mass.
 __device__ inline void publish(const mass_state& m, int place, block_memory& shared) {
     shared.at.store(place, corner_of(m));
-    if (const int below = place_below(place); below != 0)
-        in_block(shared, cluster_rank() - 1).at.store(place + below, corner_of(m));
 }
 
 // This block's robot and its state, computed at each use so that they occupy no register between.
 __device__ inline int64_t robot_of(const launch_arguments& launch) {
-    return launch.running[blockIdx.x / cluster_blocks];
+    return launch.running[blockIdx.x];
 }
 __device__ inline real* state_of(const launch_arguments& launch) {
     return launch.state + robot_of(launch) * (state_columns * sites);
 }
 
-// A mass of this block or another as springs read it.
-__device__ inline corner corner_of_robot(int site, block_memory& shared) {
-    if constexpr (cluster_blocks == 1) return shared.at.load(place_of(site));
-    constexpr site_grid grid{lattice{}};
-    const int z = site / (grid.x * grid.y);
-    // the topmost masses are the last block's
-    int rank = cluster_blocks - 1;
-    while (rank > 0 && z < first_layer(rank)) --rank;
-    const int in_layer = site % (grid.x * grid.y);
-    return in_block(shared, rank)
-        .at.load(in_layer % grid.x + in_layer / grid.x * LIMAX_ROW +
-                 (z - first_layer(rank)) * LIMAX_PLANE);
-}
-
-// Adds up parts first .. first + count - 1 for the first thread of every block.
-__device__ inline void add_over_blocks(block_memory& shared, int first, int count) {
+// Adds up parts first .. first + count - 1 for the first thread.
+__device__ inline void add_over_block(block_memory& shared, int first, int count) {
     __syncthreads();
     if (threadIdx.x == 0)
         for (int i = first; i < first + count; ++i) {
             int64_t sum = shared.part[i][0];
             for (int warp = 1; warp < warps; ++warp) sum += shared.part[i][warp];
-            if constexpr (cluster_blocks == 1)
-                shared.sum_of[i] = sum;
-            else
-                for (int block = 0; block < cluster_blocks; ++block)
-                    in_block(shared, block).of_block[i][cluster_rank()] = sum;
-        }
-    if constexpr (cluster_blocks == 1) return;
-    meet_cluster();
-    if (threadIdx.x == 0)
-        for (int i = first; i < first + count; ++i) {
-            int64_t sum = shared.of_block[i][0];
-            for (int block = 1; block < cluster_blocks; ++block) sum += shared.of_block[i][block];
             shared.sum_of[i] = sum;
         }
 }
-// Whether `value` is not 0 on any thread of any block.
-__device__ inline bool any_of_robot(block_memory& shared, question asked, int value) {
-    const int here = __syncthreads_or(value);
-    if constexpr (cluster_blocks == 1) return here != 0;
-    if (threadIdx.x < cluster_blocks)
-        in_block(shared, int(threadIdx.x)).answer[asked][cluster_rank()] = here;
-    meet_cluster();
-    int any = 0;
-    for (int block = 0; block < cluster_blocks; ++block) any |= shared.answer[asked][block];
-    return any != 0;
-}
+// Whether `value` is not 0 on any thread.
+__device__ inline bool any_of_robot(int value) { return __syncthreads_or(value) != 0; }
 
 }  // namespace limax::cuda

@@ -1,7 +1,7 @@
-// slab_faces.h: laws on faces where masses are in shared memory (slabs.h). SI units.
+// block_faces.h: laws on faces where masses are in shared memory (block.h). SI units.
 #pragma once
 
-#include "backend/cuda/kernels/slabs.h"
+#include "backend/cuda/kernels/block.h"
 
 namespace limax::cuda {
 
@@ -11,13 +11,7 @@ __device__ inline effects::vector<real> vector_at(const real (&column)[3][face_p
 
 // Publishes a mass's velocity after the kick for the faces that it is a corner of.
 __device__ inline void show_velocity(const real velocity[3], int place, block_memory& shared) {
-    const int below = place_below(place);
-    for (int along = 0; along < 3; ++along) {
-        shared.faces.after[along][place] = velocity[along];
-        if (below != 0)
-            in_block(shared, cluster_rank() - 1).faces.after[along][place + below] =
-                velocity[along];
-    }
+    for (int along = 0; along < 3; ++along) shared.faces.after[along][place] = velocity[along];
 }
 
 // Stores the impulse on each corner of the face across `axis` whose lowest corner is at `place`.
@@ -37,8 +31,7 @@ __device__ inline void push_face(E, const scene_params& params, const float* lig
     shared.faces.impulse[2][place] = found.z;
 }
 
-// Gives a mass the impulses of the four faces across `axis` that it is a corner of; some may be
-// those of the block below.
+// Gives a mass the impulses of the four faces across `axis` that it is a corner of.
 __device__ inline void take_from_faces(int axis, int place, real inverse_mass, real velocity[3],
                                        block_memory& shared) {
     constexpr axis_steps steps{{1, LIMAX_ROW, LIMAX_PLANE}};
@@ -46,12 +39,7 @@ __device__ inline void take_from_faces(int axis, int place, real inverse_mass, r
     const bool first = is_lowest(axis + 1, place), second = is_lowest(axis + 2, place);
     take_impulses(velocity, inverse_mass, [&](int k) -> effects::vector<real> {
         if ((k & 1 && first) || (k & 2 && second)) return {};
-        const int from = place - (k & 1 ? a : 0) - (k & 2 ? b : 0);
-        // along z the mass's own place in the block below is where to count from
-        const bool down = (k & 1 && axis == 1) || (k & 2 && axis == 0);
-        const int below = down ? place_below(place) : 0;
-        if (below == 0) return vector_at(shared.faces.impulse, from);
-        return vector_at(in_block(shared, cluster_rank() - 1).faces.impulse, from + below);
+        return vector_at(shared.faces.impulse, place - (k & 1 ? a : 0) - (k & 2 ? b : 0));
     });
 }
 
