@@ -16,6 +16,7 @@ constexpr int sites = site_grid(lattice{}).count();
 constexpr int threads = LIMAX_THREADS, warps = threads / 32, rounds = LIMAX_ROUNDS;
 constexpr int places = LIMAX_PLACES, own_places = LIMAX_OWN_PLACES;
 constexpr int slots = rounds * threads;
+constexpr tile_rows rows{LIMAX_ROUNDS, LIMAX_SENDERS, LIMAX_HALO, LIMAX_INBOX};
 
 using tile_arguments = tile_launch<real>;
 
@@ -82,8 +83,8 @@ __device__ inline void wait_for(packet& p, const packet* at, uint32_t number) {
     }
 }
 
-// Some numbers, as packets that are `sites` apart.
-template <int values>
+// Some numbers, as packets that are `apart` from each other.
+template <int values, int apart>
 struct parcel {
     static constexpr int count = values;
     static constexpr int packets = count * int(sizeof(real)) / int(sizeof(packet::word));
@@ -96,11 +97,24 @@ struct parcel {
         const words all = bits_as<words>(*this);
 #pragma unroll
         for (int i = 0; i < packets; ++i)
-            send(to + i * sites, {{all.of[i][0], all.of[i][1], all.of[i][2]}, number});
+            send(to + i * apart, {{all.of[i][0], all.of[i][1], all.of[i][2]}, number});
+    }
+    __device__ static void ask(packet (&p)[packets], const packet* from) {
+#pragma unroll
+        for (int i = 0; i < packets; ++i) p[i] = look(from + i * apart);
+    }
+    __device__ static parcel wait(packet (&p)[packets], const packet* from, uint32_t number) {
+        words all;
+#pragma unroll
+        for (int i = 0; i < packets; ++i) {
+            wait_for(p[i], from + i * apart, number);
+            for (int word = 0; word < 3; ++word) all.of[i][word] = p[i].word[word];
+        }
+        return bits_as<parcel>(all);
     }
 };
-using shown_mass = parcel<shares_velocity ? 6 : 3>;
-using sent_force = parcel<3>;
+using shown_mass = parcel<shares_velocity ? 6 : 3, LIMAX_TILES * LIMAX_SHOWN>;
+using sent_force = parcel<3, LIMAX_TILES * LIMAX_INBOX * threads>;
 
 __device__ inline shown_mass shown(const corner& c) {
     const real all[6] = {c.x, c.y, c.z, c.vx, c.vy, c.vz};
@@ -114,33 +128,26 @@ __device__ inline corner corner_of(const shown_mass& m) {
     return {all[0], all[1], all[2], all[3], all[4], all[5]};
 }
 
-// Receives what a thread expects of a list: bit i of `expected` for entry i * threads. Calls
-// take(place, parcel) for each; several are on their way at once.
-template <class Parcel, int entries, class Take>
-__device__ inline void receive(const cell_entry* list, const packet* from, unsigned expected,
-                               uint32_t number, const Take& take) {
+// Receives what a thread expects, bit i of `expected` for number i: entry(i) gives the packet among
+// `from` and where it goes, take(where, parcel) puts it there. Several are on their way at once.
+template <class Parcel, int entries, class Entry, class Take>
+__device__ inline void receive(const packet* from, unsigned expected, uint32_t number,
+                               const Entry& entry, const Take& take) {
     constexpr int at_once = 4 / Parcel::packets > 0 ? 4 / Parcel::packets : 1;
 #pragma unroll
     for (int first = 0; first < entries; first += at_once) {
-        cell_entry entry[at_once] = {};  // else they would be kept from step to step
+        cell_entry e[at_once] = {};  // else they would be kept from step to step
         packet p[at_once][Parcel::packets] = {};
 #pragma unroll
         for (int i = 0; i < at_once; ++i)
             if (expected >> (first + i) & 1u) {
-                entry[i] = list[(first + i) * threads];
-                for (int k = 0; k < Parcel::packets; ++k)
-                    p[i][k] = look(from + entry[i].site + k * sites);
+                e[i] = entry(first + i);
+                Parcel::ask(p[i], from + e[i].site);
             }
 #pragma unroll
         for (int i = 0; i < at_once; ++i)
-            if (expected >> (first + i) & 1u) {
-                typename Parcel::words all;
-                for (int k = 0; k < Parcel::packets; ++k) {
-                    wait_for(p[i][k], from + entry[i].site + k * sites, number);
-                    for (int word = 0; word < 3; ++word) all.of[k][word] = p[i][k].word[word];
-                }
-                take(entry[i].axes, bits_as<Parcel>(all));
-            }
+            if (expected >> (first + i) & 1u)
+                take(e[i].axes, Parcel::wait(p[i], from + e[i].site, number));
     }
 }
 

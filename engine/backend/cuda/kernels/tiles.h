@@ -16,6 +16,7 @@
 //   LIMAX_TILES, LIMAX_ROUNDS    tiles of a robot, cells of a thread
 //   LIMAX_SENDERS                rounds, from the second on, whose cells may reach into other tiles
 //   LIMAX_HALO, LIMAX_INBOX      most masses and forces that a thread receives
+//   LIMAX_SHOWN                  most masses of a tile that others read
 //   LIMAX_THREADS                threads of a block
 //   LIMAX_SHARED_BYTES           dynamic shared memory of a block
 // SI units.
@@ -71,23 +72,20 @@ struct tile_robot {
     __device__ const float* columns() const {
         return launch.springs + index() * (stored_columns * direction_count * sites);
     }
-    __device__ packet* shown_masses() const {
-        return arguments.masses + int64_t(robot_of_launch()) * (shown_mass::packets * sites);
+    __device__ packet* masses_of_robot() const {
+        return arguments.masses +
+               int64_t(robot_of_launch()) * (shown_mass::packets * LIMAX_TILES * LIMAX_SHOWN);
     }
-    __device__ packet* forces_on(int corner) const {
-        return arguments.forces + (int64_t(robot_of_launch()) * (corners - 1) + corner - 1) *
-                                      (sent_force::packets * sites);
+    __device__ packet* forces_of_robot() const {
+        return arguments.forces + int64_t(robot_of_launch()) *
+                                      (sent_force::packets * LIMAX_TILES * LIMAX_INBOX * threads);
     }
     __device__ unsigned* arrived() const { return arguments.arrived + 3 * robot_of_launch(); }
-    __device__ const cell_entry* halo() const {
-        return arguments.halo + tile() * (LIMAX_HALO * threads) + thread;
+    // This thread's number in a row of its tile's table.
+    __device__ int in_row(int row) const {
+        return arguments.table[(tile() * rows.count() + row) * threads + thread];
     }
-    __device__ const cell_entry* inbox() const {
-        return arguments.inbox + tile() * (LIMAX_INBOX * threads) + thread;
-    }
-    __device__ cell_entry entry(int round) const {
-        return launch.cells[(tile() * rounds + round) * threads + thread];
-    }
+    __device__ int site(int round) const { return in_row(rows.site() + round); }
     __device__ static int place_in(int cell) { return cell & 0xffff; }
     __device__ static bool flag(int cell, int bit) { return cell >> (16 + bit) & 1; }
     __device__ int place(int round) const { return place_in(opaque(cell[round])); }
@@ -128,15 +126,16 @@ struct tile_robot {
     __device__ void load_masses() {
 #pragma unroll
         for (int k = 0; k < rounds; ++k) {
-            const cell_entry own = entry(k);
+            const int own = site(k);
             cell[k] = -1;
             mass[k] = {};
             for (real& velocity : next_velocity[k]) velocity = 0;
-            if (own.site < 0) continue;
-            load_mass(mass[k], next_velocity[k], masses()[own.site], state() + own.site, sites);
-            shared.at.store(own.axes & 0xffff, corner_of(mass[k]));
+            if (own < 0) continue;
+            load_mass(mass[k], next_velocity[k], masses()[own], state() + own, sites);
+            const int here = in_row(rows.cell() + k);
+            shared.at.store(place_in(here), corner_of(mass[k]));
             shared.weights[slot(k)] = {mass[k].mass, mass[k].inverse_mass, mass[k].root_mass, 0};
-            if (masses()[own.site] != 0.0f) cell[k] = own.axes;
+            if (masses()[own] != 0.0f) cell[k] = here;
         }
     }
 
@@ -146,23 +145,23 @@ struct tile_robot {
         constexpr site_grid grid{lattice{}};
         const float* const mass_at = masses();
         for (int i = 0; i < LIMAX_HALO; ++i) {
-            const cell_entry e = halo()[i * threads];
-            if (e.site < 0) continue;
+            const int other = in_row(rows.mass() + i);
+            if (other < 0) continue;
             mass_state m;
             real unused[3];
-            load_mass(m, unused, mass_at[e.site], state() + e.site, sites);
-            shared.at.store(e.axes & 0xffff, corner_of(m));
+            load_mass(m, unused, mass_at[other], state() + other, sites);
+            shared.at.store(in_row(rows.place() + i), corner_of(m));
             bool any = false;
             for (int c = 1; c < corners; ++c)
-                if (e.axes >> (16 + c) & 1) any |= mass_at[e.site - grid.corner(c)] != 0.0f;
-            if (any && mass_at[e.site] != 0.0f) masses_expected |= 1u << i;
+                if (in_row(rows.ends() + i) >> c & 1)
+                    any |= mass_at[other - grid.corner(c)] != 0.0f;
+            if (any && mass_at[other] != 0.0f) masses_expected |= 1u << i;
         }
         for (int i = 0; i < LIMAX_INBOX; ++i) {
-            const cell_entry e = inbox()[i * threads];
-            if (e.site < 0) continue;
-            const int site = e.site % (sent_force::packets * sites);
-            const int c = e.site / (sent_force::packets * sites) + 1;
-            if (mass_at[site] != 0.0f && mass_at[site - grid.corner(c)] != 0.0f)
+            const int own = in_row(rows.target() + i);
+            if (own < 0) continue;
+            const int c = in_row(rows.sum() + i) / own_places + 1;
+            if (mass_at[own] != 0.0f && mass_at[own - grid.corner(c)] != 0.0f)
                 forces_expected |= 1u << i;
         }
     }
@@ -171,12 +170,12 @@ struct tile_robot {
     __device__ void load_springs() {
         constexpr site_grid grid{lattice{}};
         each_cell([&](int k) {
-            const int site = entry(k).site;
-            const int axes = (site % grid.x + 1 < grid.x ? 1 : 0) |
-                             (site / grid.x % grid.y + 1 < grid.y ? 2 : 0) |
-                             (site / (grid.x * grid.y) + 1 < grid.z ? 4 : 0);
+            const int own = site(k);
+            const int axes = (own % grid.x + 1 < grid.x ? 1 : 0) |
+                             (own / grid.x % grid.y + 1 < grid.y ? 2 : 0) |
+                             (own / (grid.x * grid.y) + 1 < grid.z ? 4 : 0);
             held_cube all{};
-            load_cube(all, grid, columns(), site, axes);
+            load_cube(all, grid, columns(), own, axes);
             parameters(k).store(all);
         });
     }
@@ -192,9 +191,8 @@ struct tile_robot {
                 if constexpr (at.other < 0) {
                     float(&value)[spring_columns] = springs[k][at.of_class].value;
                     if (!(value[0] > 0.0f)) return;
-                    const auto driven =
-                        driven_at(launch, now, grid, columns(), s.direction,
-                                  entry(k).site + grid.corner(s.near), stored_drive(now));
+                    const auto driven = driven_at(launch, now, grid, columns(), s.direction,
+                                                  site(k) + grid.corner(s.near), stored_drive(now));
                     value[spring_columns - 2] = driven.at_tick;
                     value[spring_columns - 1] = driven.per_step;
                 }
@@ -305,15 +303,14 @@ struct tile_robot {
         bool finite = true;
 #pragma unroll 1
         for (int k = 0; k < rounds; ++k) {
-            const cell_entry own = entry(k);
-            const int x = own.site % grid.x, y = own.site / grid.x % grid.y,
-                      z = own.site / (grid.x * grid.y);
-            if (own.site < 0 || x == LIMAX_NX || y == LIMAX_NY || z == LIMAX_NZ) continue;
+            const int own = site(k), at = place_in(in_row(rows.cell() + k));
+            const int x = own % grid.x, y = own / grid.x % grid.y, z = own / (grid.x * grid.y);
+            if (own < 0 || x == LIMAX_NX || y == LIMAX_NY || z == LIMAX_NZ) continue;
             finite &= tick_voxel(
                 launch, record, params, index(), tick, grid, x, y, z,
                 shared.control.genes_of(launch, index()), shared.control.whole,
                 shared.control.per_gravity,
-                [&](int, int c) { return shared.at.load((own.axes & 0xffff) + corner_place(c)); },
+                [&](int, int c) { return shared.at.load(at + corner_place(c)); },
                 [](int, int, real) {});
         }
         add_over_warp(!finite, shared.part[sum_nonfinite]);
@@ -336,9 +333,9 @@ struct tile_robot {
             for (int i = 0; i < count; ++i) {
                 int64_t part = 0;
                 each_cell([&](int k) {
-                    const int site = entry(k).site;
-                    part += part_of_body(first + i, shared.at.load(place(k)), masses()[site], grid,
-                                         site, of_total);
+                    const int own = site(k);
+                    part += part_of_body(first + i, shared.at.load(place(k)), masses()[own], grid,
+                                         own, of_total);
                 });
                 add_over_warp(part, shared.part[i]);
             }
@@ -354,24 +351,29 @@ struct tile_robot {
     // ---- a step ----
 
     __device__ void receive_masses() {
-        receive<shown_mass, LIMAX_HALO>(halo(), shown_masses(), masses_expected, number,
-                                        [&](int at, const shown_mass& m) {
-                                            shared.at.store(at & 0xffff, limax::cuda::corner_of(m));
-                                        });
+        receive<shown_mass, LIMAX_HALO>(
+            masses_of_robot(), masses_expected, number,
+            [&](int i) {
+                return cell_entry{in_row(rows.packet() + i), in_row(rows.place() + i)};
+            },
+            [&](int to, const shown_mass& m) { shared.at.store(to, corner_of(m)); });
     }
     __device__ void receive_forces() {
         receive<sent_force, LIMAX_INBOX>(
-            inbox(), forces_on(1), forces_expected, number, [&](int at, const sent_force& f) {
-                shared.sum.store_at(at, {f.value[0], f.value[1], f.value[2]});
+            forces_of_robot() + tile() * (LIMAX_INBOX * threads), forces_expected, number,
+            [&](int i) {
+                return cell_entry{i * threads + thread, in_row(rows.sum() + i)};
+            },
+            [&](int to, const sent_force& f) {
+                shared.sum.store_at(to, {f.value[0], f.value[1], f.value[2]});
             });
     }
 
     // Forces of the springs of a cell: that on its own mass is returned.
     __device__ force sum_springs(int k, const effects::actuation::moment<real>& now) {
-        constexpr site_grid grid{lattice{}};
         const bool sends = k > 0 && k <= LIMAX_SENDERS;
         const int own_cell = opaque(cell[k]), at = place_in(own_cell);
-        packet* const to = sends ? forces_on(1) + entry(k).site : nullptr;
+        packet* const to = sends ? forces_of_robot() : nullptr;
         force own{};
         cube_forces<false>(
             launch, parameters(k), now, [&](int c) { return shared.at.load(at + corner_place(c)); },
@@ -383,7 +385,7 @@ struct tile_robot {
                 if (flag(own_cell, c)) shared.sum.store(c, at + corner_place(c), sum);
                 if (sends && flag(own_cell, 7 + c))
                     sent_force{{sum.x, sum.y, sum.z}}.send_to(
-                        to + ((c - 1) * (sent_force::packets * sites) + grid.corner(c)), number);
+                        to + in_row(rows.sent() + 7 * (k - 1) + c - 1), number);
             });
         return own;
     }
@@ -419,7 +421,7 @@ struct tile_robot {
         const corner c = limax::cuda::corner_of(mass[k]);
         const int own_cell = opaque(cell[k]);
         shared.at.store(place_in(own_cell), c);
-        if (flag(own_cell, 0)) shown(c).send_to(shown_masses() + entry(k).site, of);
+        if (flag(own_cell, 0)) shown(c).send_to(masses_of_robot() + in_row(rows.shown() + k), of);
     }
 
     // After all masses have moved.
@@ -433,10 +435,10 @@ struct tile_robot {
     // Stores what the next launch, or the host, reads: all of a mass before the last kick, or where
     // the robot diverged, and the velocity after that kick.
     __device__ void store_masses() {
-        each_mass([&](int k) { store_mass(mass[k], state() + entry(k).site, sites); });
+        each_mass([&](int k) { store_mass(mass[k], state() + site(k), sites); });
     }
     __device__ void store_kick() {
-        each_cell([&](int k) { limax::cuda::store_kick(mass[k], state() + entry(k).site, sites); });
+        each_cell([&](int k) { limax::cuda::store_kick(mass[k], state() + site(k), sites); });
     }
     __device__ void store_record() {
         __syncthreads();

@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "backend/cuda/kernels/cells.h"
 #include "body/springs.h"
 #include "physics/body_frame.h"
 
@@ -269,8 +268,9 @@ scene_kernels::robot_memory scene_kernels::memory_of_robot() const {
         const std::size_t of_force = setup_->options.precision == LIMAX_DOUBLE ? 2 : 1;
         memory.sums = sum_sets * grid_sums;
         memory.arrived = 3;
-        memory.masses = of_force * (shares_velocity ? 2 : 1) * sites;
-        memory.forces = of_force * (corners - 1) * sites;
+        memory.masses =
+            of_force * (shares_velocity ? 2 : 1) * std::size_t(tiles->tiles * tiles->shown);
+        memory.forces = of_force * std::size_t(tiles->tiles * tiles->inbox * tiles->threads);
     }
     if (has_faces) memory.faces = 3 * sites;
     if (controlled) {
@@ -385,6 +385,7 @@ void scene_kernels::define_shape(kernel_set& step) const {
         define("LIMAX_SENDERS", tiles->senders);
         define("LIMAX_HALO", tiles->halo);
         define("LIMAX_INBOX", tiles->inbox);
+        define("LIMAX_SHOWN", tiles->shown);
     } else if (on_grid_) {
         define("LIMAX_TILE_X", grid_.tile[0]);
         define("LIMAX_TILE_Y", grid_.tile[1]);

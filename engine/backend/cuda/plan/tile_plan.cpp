@@ -199,50 +199,99 @@ std::optional<tile_plan> cut_into_tiles(const lattice& grid, const std::array<in
     t.pad(best[0], best[1]);
     measure();
 
-    std::vector<std::vector<cell_entry>> halos, inboxes;
-    std::size_t most_halo = 0, most_inbox = 0;
-    plan.cells.assign(std::size_t(plan.tiles) * slots, {-1, 0});
+    // the cells of all threads, and where each mass is
+    std::vector<cell_entry> cells(std::size_t(plan.tiles) * slots, {-1, 0});
+    for (int number = 0; number < plan.tiles; ++number) {
+        const auto of = rounds_of(t, t.tile(number), plan.rounds, threads);
+        if (of.empty()) return std::nullopt;
+        for (std::size_t k = 0; k < of.size(); ++k) {
+            put_in_lanes(of[k], &cells[std::size_t(number) * slots + k * threads],
+                         plan.threads / lanes);
+            for (const cell_entry& cell : of[k])
+                if (cell.axes >> 16 >> corners) plan.senders = std::max(plan.senders, int(k));
+        }
+    }
+    std::vector<std::size_t> slot_of(std::size_t(grid.sites()));  // of all tiles
+    for (std::size_t i = 0; i < cells.size(); ++i)
+        if (cells[i].site >= 0) slot_of[std::size_t(cells[i].site)] = i;
+
+    // packets in the order in which warps send them, so that they are side by side
+    struct force_entry {
+        int sum, target;
+    };
+    std::vector<std::vector<force_entry>> inbox(std::size_t(plan.tiles));
+    std::vector<int> shown(cells.size(), -1), sent((corners - 1) * cells.size(), -1);
+    for (std::size_t tile = 0; tile < inbox.size(); ++tile) {
+        int count = 0;
+        for (std::size_t i = tile * slots; i < (tile + 1) * slots; ++i)
+            if (cells[i].axes >> 16 & 1) shown[i] = count++;
+        plan.shown = std::max(plan.shown, count);
+        for (int c = 1; c < corners; ++c)
+            for (std::size_t i = tile * slots; i < (tile + 1) * slots; ++i) {
+                if (!(cells[i].axes >> (23 + c) & 1)) continue;
+                const auto target = int(cells[i].site + grid.site(c & 1, c >> 1 & 1, c >> 2));
+                const std::size_t there = slot_of[std::size_t(target)];
+                auto& list = inbox[there / slots];
+                sent[std::size_t(c - 1) * cells.size() + i] = int(list.size());
+                list.push_back({(c - 1) * plan.own_places + (cells[there].axes & 0xffff), target});
+            }
+        plan.inbox = std::max(plan.inbox, 1);
+    }
+    for (const auto& list : inbox)
+        plan.inbox = std::max(plan.inbox, parts(int(list.size()), plan.threads));
+    struct mass_entry {
+        int packet, place, site, ends;
+        bool operator<(const mass_entry& other) const { return packet < other.packet; }
+    };
+    std::vector<std::vector<mass_entry>> halo(std::size_t(plan.tiles));
+    plan.halo = 1;
     for (int number = 0; number < plan.tiles; ++number) {
         const box b = t.tile(number);
-        const auto of = rounds_of(t, b, plan.rounds, threads);
-        if (of.empty()) return std::nullopt;
-        for (int k = 1; k < plan.rounds; ++k)
-            for (const cell_entry& cell : of[std::size_t(k)])
-                if (cell.axes >> 16 >> corners) plan.senders = std::max(plan.senders, k);
-        for (std::size_t k = 0; k < of.size(); ++k)
-            put_in_lanes(of[k], &plan.cells[std::size_t(number) * slots + k * threads],
-                         plan.threads / lanes);
-        std::vector<cell_entry> halo, inbox;
         box window = b;
         for (int& high : window.high) ++high;
+        auto& list = halo[std::size_t(number)];
         window.each([&](const std::array<int, 3>& at) {
-            if (!t.lattice_box().holds(at)) return;
-            int corner_of = 0;
-            for (int c = 1; c < corners; ++c) corner_of |= b.holds(moved(at, c, -1)) << c;
-            if (!b.holds(at)) halo.push_back({t.site(at), t.place(b, at) | corner_of << 16});
+            if (b.holds(at) || !t.lattice_box().holds(at)) return;
+            int ends = 0;
+            for (int c = 1; c < corners; ++c) ends |= b.holds(moved(at, c, -1)) << c;
+            const std::size_t there = slot_of[std::size_t(t.site(at))];
+            list.push_back(
+                {int(there / slots) * plan.shown + shown[there], t.place(b, at), t.site(at), ends});
         });
-        const int stride = (in_double ? 2 : 1) * int(grid.sites());
-        for (int c = 1; c < corners; ++c)
-            b.each([&](const std::array<int, 3>& at) {
-                const auto cell = moved(at, c, -1);
-                if (!b.holds(cell) && t.lattice_box().holds(cell))
-                    inbox.push_back({(c - 1) * stride + t.site(at),
-                                     (c - 1) * plan.own_places + t.place(b, at)});
-            });
-        most_halo = std::max(most_halo, halo.size());
-        most_inbox = std::max(most_inbox, inbox.size());
-        halos.push_back(std::move(halo));
-        inboxes.push_back(std::move(inbox));
+        std::sort(list.begin(), list.end());
+        plan.halo = std::max(plan.halo, parts(int(list.size()), plan.threads));
     }
-    plan.halo = std::max(1, parts(int(most_halo), plan.threads));
-    plan.inbox = std::max(1, parts(int(most_inbox), plan.threads));
-    plan.masses.assign(std::size_t(plan.tiles * plan.halo) * threads, {-1, 0});
-    plan.forces.assign(std::size_t(plan.tiles * plan.inbox) * threads, {-1, 0});
-    for (std::size_t k = 0; k < halos.size(); ++k) {
-        std::copy(halos[k].begin(), halos[k].end(),
-                  &plan.masses[k * std::size_t(plan.halo) * threads]);
-        std::copy(inboxes[k].begin(), inboxes[k].end(),
-                  &plan.forces[k * std::size_t(plan.inbox) * threads]);
+
+    const tile_rows rows{plan.rounds, plan.senders, plan.halo, plan.inbox};
+    plan.table.assign(std::size_t(plan.tiles * rows.count()) * threads, -1);
+    for (std::size_t tile = 0; tile < inbox.size(); ++tile) {
+        const auto put = [&](int row, std::size_t i, int value) {
+            plan.table[(tile * std::size_t(rows.count()) + std::size_t(row)) * threads + i] = value;
+        };
+        for (std::size_t i = 0; i < slots; ++i) {
+            const std::size_t from = tile * slots + i;
+            put(rows.site(), i, cells[from].site);
+            put(rows.cell(), i, cells[from].axes);
+            put(rows.shown(), i, int(tile) * plan.shown + shown[from]);
+            for (int c = 1; c < corners && cells[from].site >= 0; ++c) {
+                const int packet = sent[std::size_t(c - 1) * cells.size() + from];
+                if (packet < 0) continue;
+                const auto target = cells[from].site + grid.site(c & 1, c >> 1 & 1, c >> 2);
+                const auto there = int(slot_of[std::size_t(target)] / slots);
+                put(rows.sent() + 7 * (int(i / threads) - 1) + c - 1, i % threads,
+                    there * plan.inbox * plan.threads + packet);
+            }
+        }
+        for (std::size_t i = 0; i < halo[tile].size(); ++i) {
+            put(rows.packet(), i, halo[tile][i].packet);
+            put(rows.place(), i, halo[tile][i].place);
+            put(rows.mass(), i, halo[tile][i].site);
+            put(rows.ends(), i, halo[tile][i].ends);
+        }
+        for (std::size_t i = 0; i < inbox[tile].size(); ++i) {
+            put(rows.sum(), i, inbox[tile][i].sum);
+            put(rows.target(), i, inbox[tile][i].target);
+        }
     }
     return plan;
 }

@@ -19,13 +19,8 @@ struct tile_plan {
     int halo = 0, inbox = 0;      // most masses and forces that a thread receives
     std::size_t shared_bytes = 0;
 
-    // What threads own and receive, as kernels/tiles.h reads it; entries without a site are below
-    // 0.
-    std::vector<cell_entry>
-        cells;  // [tile][round][thread]: site; place, and tile_flag() from bit 16
-    std::vector<cell_entry> masses;  // [tile][halo][thread]: site; place, and from bit 16 the
-                                     // corners of cells of this tile that it is
-    std::vector<cell_entry> forces;  // [tile][inbox][thread]: packet; sum
+    int shown = 0;               // most masses of a tile that others read
+    std::vector<int32_t> table;  // see tile_rows
 };
 
 // Cuts a lattice into so many tiles along each axis. Null where they are too large for a block

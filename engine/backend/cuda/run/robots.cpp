@@ -135,7 +135,8 @@ private:
     scene_kernels scene_;
     device_memory<robot_record> device_records_;
     device_memory<int32_t> device_running_, device_ranks_;
-    device_memory<cell_entry> device_cells_, halo_, inbox_;
+    device_memory<cell_entry> device_cells_;
+    device_memory<int32_t> table_;  // of tiles
     device_memory<float> mass_, springs_;
     device_memory<R> state_;
     std::vector<R> saved_state_;  // what state_ held before sleep()

@@ -13,10 +13,10 @@ template <class R>
 void robots_on_gpu<R>::release() {
     awake_ = false;
     const auto free = [](auto&... memory) { ((memory = std::decay_t<decltype(memory)>()), ...); };
-    free(device_records_, device_running_, device_ranks_, device_cells_, halo_, inbox_, masses_,
-         forces_, mass_, springs_, state_, exchange_, sums_, arrived_, faces_, after_, surface_,
-         partners_, listed_at_, moved_, solids_, solid_marks_, solid_touches_, solid_corners_,
-         solid_pairs_, solid_after_, heights_, control_, genes_, muscles_, device_summaries_);
+    free(device_records_, device_running_, device_ranks_, device_cells_, table_, masses_, forces_,
+         mass_, springs_, state_, exchange_, sums_, arrived_, faces_, after_, surface_, partners_,
+         listed_at_, moved_, solids_, solid_marks_, solid_touches_, solid_corners_, solid_pairs_, solid_after_,
+         heights_, control_, genes_, muscles_, device_summaries_);
     for (device_memory<double>& samples : device_samples_) free(samples);
 }
 
@@ -76,7 +76,7 @@ void robots_on_gpu<R>::allocate(std::size_t count) {
     }
     of_each(sums_, memory.sums, "the sums");
     of_each(arrived_, memory.arrived, "the barriers");
-    const auto make_list = [&](device_memory<cell_entry>& to, const std::vector<cell_entry>& list) {
+    const auto make_list = [&](auto& to, const auto& list) {
         make(to, list.size(), "the plan");
         to.upload(list.data(), list.size(), stream_);
     };
@@ -88,9 +88,7 @@ void robots_on_gpu<R>::allocate(std::size_t count) {
         const auto at_once = std::min(count, std::size_t(scene_.most_robots()));
         make(masses_, at_once * memory.masses, "the exchange");
         make(forces_, at_once * memory.forces, "the exchange");
-        make_list(device_cells_, scene_.tiles->cells);
-        make_list(halo_, scene_.tiles->masses);
-        make_list(inbox_, scene_.tiles->forces);
+        make_list(table_, scene_.tiles->table);
     } else {
         make_list(device_cells_, scene_.plan->cells);
     }

@@ -76,7 +76,7 @@ void robots_on_gpu<R>::step_robots(const step_launch<R>& launch) {
             const std::size_t sums = sums_.size() / robots_.size() * first;
             scene_.launch_tiles(
                 gpu_, stream_,
-                tile_launch<R>{some, halo_.data(), inbox_.data(), masses_.data(), forces_.data(),
+                tile_launch<R>{some, table_.data(), masses_.data(), forces_.data(),
                                sums_.data() + sums, arrived_.data() + 3 * std::size_t(first)},
                 now);
         } else {
