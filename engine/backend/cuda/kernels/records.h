@@ -295,31 +295,33 @@ struct grid_launch {
 struct alignas(16) packet {
     uint32_t word[3], number;
 };
-// Rows of a tile's table, [tile][row][thread]: what its threads own, send and receive.
+// Rows of a tile's table, [tile][row][thread]: what its threads own and receive.
 struct tile_rows {
-    int rounds, senders;  // cells of a thread; rounds, from the second on, whose cells reach out
-    int halo, inbox;      // most masses and forces that a thread receives
+    int rounds;       // cells of a thread
+    int halo, inbox;  // most masses and forces that a thread receives
 
     LIMAX_LAW constexpr int site() const { return 0; }       // of a cell, -1 without one, [round]
     LIMAX_LAW constexpr int cell() const { return rounds; }  // place; flags from bit 16 on
-    LIMAX_LAW constexpr int shown() const { return 2 * rounds; }  // packet of its mass
-    LIMAX_LAW constexpr int sent() const { return 3 * rounds; }   // of forces, [sender][corner - 1]
-    LIMAX_LAW constexpr int packet() const { return sent() + 7 * senders; }  // of a mass, [halo]
-    LIMAX_LAW constexpr int place() const { return packet() + halo; }
-    LIMAX_LAW constexpr int mass() const { return place() + halo; }   // its site, -1 without one
-    LIMAX_LAW constexpr int ends() const { return mass() + halo; }    // corners of cells that it is
-    LIMAX_LAW constexpr int sum() const { return ends() + halo; }     // of a force, [inbox]
-    LIMAX_LAW constexpr int target() const { return sum() + inbox; }  // site, -1 without one
-    LIMAX_LAW constexpr int count() const { return target() + inbox; }
+    LIMAX_LAW constexpr int mass() const { return 2 * rounds; }  // its packet, [halo]
+    LIMAX_LAW constexpr int place() const { return mass() + halo; }
+    LIMAX_LAW constexpr int mass_site() const { return place() + halo; }  // -1 without one
+    LIMAX_LAW constexpr int ends() const {
+        return mass_site() + halo;
+    }                                                                // corners of cells that it is
+    LIMAX_LAW constexpr int force() const { return ends() + halo; }  // its packet, [inbox]
+    LIMAX_LAW constexpr int sum() const { return force() + inbox; }
+    LIMAX_LAW constexpr int force_site() const { return sum() + inbox; }  // -1 without one
+    LIMAX_LAW constexpr int count() const { return force_site() + inbox; }
 };
 // The arguments of the tiles kernel, in which several blocks share a robot. Robots are counted in
 // the launch here. All but the table is 0.
 template <class R>
 struct tile_launch {
     step_launch<R> step;
-    const int32_t* table;      // see tile_rows
-    packet* masses;            // as springs see them, [robot][part of a mass][tile][shown]
-    packet* forces;            // [robot][part of a force][tile][inbox][thread]
+    const int32_t* table;  // see tile_rows
+    packet* masses;        // as springs see them, [robot][part of a mass][tile][round][thread]
+    packet*
+        forces;  // on corners 1 to 7, [robot][part of a force][tile][sender][corner - 1][thread]
     unsigned long long* sums;  // as in grid_launch
     unsigned* arrived;         // at barriers; at the first one; tiles with masses, [robot][3]
 };

@@ -16,7 +16,9 @@ constexpr int sites = site_grid(lattice{}).count();
 constexpr int threads = LIMAX_THREADS, warps = threads / 32, rounds = LIMAX_ROUNDS;
 constexpr int places = LIMAX_PLACES, own_places = LIMAX_OWN_PLACES;
 constexpr int slots = rounds * threads;
-constexpr tile_rows rows{LIMAX_ROUNDS, LIMAX_SENDERS, LIMAX_HALO, LIMAX_INBOX};
+constexpr tile_rows rows{LIMAX_ROUNDS, LIMAX_HALO, LIMAX_INBOX};
+// Forces that a tile may send: by sender, corner and thread.
+constexpr int sent_forces = LIMAX_SENDERS * (corners - 1) * threads;
 
 using tile_arguments = tile_launch<real>;
 
@@ -113,8 +115,8 @@ struct parcel {
         return bits_as<parcel>(all);
     }
 };
-using shown_mass = parcel<shares_velocity ? 6 : 3, LIMAX_TILES * LIMAX_SHOWN>;
-using sent_force = parcel<3, LIMAX_TILES * LIMAX_INBOX * threads>;
+using shown_mass = parcel<shares_velocity ? 6 : 3, LIMAX_TILES * slots>;
+using sent_force = parcel<3, LIMAX_TILES * sent_forces>;
 
 __device__ inline shown_mass shown(const corner& c) {
     const real all[6] = {c.x, c.y, c.z, c.vx, c.vy, c.vz};

@@ -16,7 +16,6 @@
 //   LIMAX_TILES, LIMAX_ROUNDS    tiles of a robot, cells of a thread
 //   LIMAX_SENDERS                rounds, from the second on, whose cells may reach into other tiles
 //   LIMAX_HALO, LIMAX_INBOX      most masses and forces that a thread receives
-//   LIMAX_SHOWN                  most masses of a tile that others read
 //   LIMAX_THREADS                threads of a block
 //   LIMAX_SHARED_BYTES           dynamic shared memory of a block
 // SI units.
@@ -74,11 +73,11 @@ struct tile_robot {
     }
     __device__ packet* masses_of_robot() const {
         return arguments.masses +
-               int64_t(robot_of_launch()) * (shown_mass::packets * LIMAX_TILES * LIMAX_SHOWN);
+               int64_t(robot_of_launch()) * (shown_mass::packets * LIMAX_TILES * slots);
     }
     __device__ packet* forces_of_robot() const {
-        return arguments.forces + int64_t(robot_of_launch()) *
-                                      (sent_force::packets * LIMAX_TILES * LIMAX_INBOX * threads);
+        return arguments.forces +
+               int64_t(robot_of_launch()) * (sent_force::packets * LIMAX_TILES * sent_forces);
     }
     __device__ unsigned* arrived() const { return arguments.arrived + 3 * robot_of_launch(); }
     // This thread's number in a row of its tile's table.
@@ -145,7 +144,7 @@ struct tile_robot {
         constexpr site_grid grid{lattice{}};
         const float* const mass_at = masses();
         for (int i = 0; i < LIMAX_HALO; ++i) {
-            const int other = in_row(rows.mass() + i);
+            const int other = in_row(rows.mass_site() + i);
             if (other < 0) continue;
             mass_state m;
             real unused[3];
@@ -158,7 +157,7 @@ struct tile_robot {
             if (any && mass_at[other] != 0.0f) masses_expected |= 1u << i;
         }
         for (int i = 0; i < LIMAX_INBOX; ++i) {
-            const int own = in_row(rows.target() + i);
+            const int own = in_row(rows.force_site() + i);
             if (own < 0) continue;
             const int c = in_row(rows.sum() + i) / own_places + 1;
             if (mass_at[own] != 0.0f && mass_at[own - grid.corner(c)] != 0.0f)
@@ -354,15 +353,15 @@ struct tile_robot {
         receive<shown_mass, LIMAX_HALO>(
             masses_of_robot(), masses_expected, number,
             [&](int i) {
-                return cell_entry{in_row(rows.packet() + i), in_row(rows.place() + i)};
+                return cell_entry{in_row(rows.mass() + i), in_row(rows.place() + i)};
             },
             [&](int to, const shown_mass& m) { shared.at.store(to, corner_of(m)); });
     }
     __device__ void receive_forces() {
         receive<sent_force, LIMAX_INBOX>(
-            forces_of_robot() + tile() * (LIMAX_INBOX * threads), forces_expected, number,
+            forces_of_robot(), forces_expected, number,
             [&](int i) {
-                return cell_entry{i * threads + thread, in_row(rows.sum() + i)};
+                return cell_entry{in_row(rows.force() + i), in_row(rows.sum() + i)};
             },
             [&](int to, const sent_force& f) {
                 shared.sum.store_at(to, {f.value[0], f.value[1], f.value[2]});
@@ -373,7 +372,9 @@ struct tile_robot {
     __device__ force sum_springs(int k, const effects::actuation::moment<real>& now) {
         const bool sends = k > 0 && k <= LIMAX_SENDERS;
         const int own_cell = opaque(cell[k]), at = place_in(own_cell);
-        packet* const to = sends ? forces_of_robot() : nullptr;
+        packet* const to =
+            sends ? forces_of_robot() + (tile() * sent_forces + 7 * threads * (k - 1) + thread)
+                  : nullptr;
         force own{};
         cube_forces<false>(
             launch, parameters(k), now, [&](int c) { return shared.at.load(at + corner_place(c)); },
@@ -384,8 +385,7 @@ struct tile_robot {
                 }
                 if (flag(own_cell, c)) shared.sum.store(c, at + corner_place(c), sum);
                 if (sends && flag(own_cell, 7 + c))
-                    sent_force{{sum.x, sum.y, sum.z}}.send_to(
-                        to + in_row(rows.sent() + 7 * (k - 1) + c - 1), number);
+                    sent_force{{sum.x, sum.y, sum.z}}.send_to(to + (c - 1) * threads, number);
             });
         return own;
     }
@@ -421,7 +421,7 @@ struct tile_robot {
         const corner c = limax::cuda::corner_of(mass[k]);
         const int own_cell = opaque(cell[k]);
         shared.at.store(place_in(own_cell), c);
-        if (flag(own_cell, 0)) shown(c).send_to(masses_of_robot() + in_row(rows.shown() + k), of);
+        if (flag(own_cell, 0)) shown(c).send_to(masses_of_robot() + (tile() * slots + slot(k)), of);
     }
 
     // After all masses have moved.

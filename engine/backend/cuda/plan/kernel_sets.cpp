@@ -265,12 +265,12 @@ scene_kernels::robot_memory scene_kernels::memory_of_robot() const {
     }
     if (tiles) {
         // as `parcel` of kernels/tile_memory.h
-        const std::size_t of_force = setup_->options.precision == LIMAX_DOUBLE ? 2 : 1;
+        const std::size_t parts = setup_->options.precision == LIMAX_DOUBLE ? 2 : 1;
+        const auto threads = std::size_t(tiles->tiles * tiles->threads);
         memory.sums = sum_sets * grid_sums;
         memory.arrived = 3;
-        memory.masses =
-            of_force * (shares_velocity ? 2 : 1) * std::size_t(tiles->tiles * tiles->shown);
-        memory.forces = of_force * std::size_t(tiles->tiles * tiles->inbox * tiles->threads);
+        memory.masses = parts * (shares_velocity ? 2 : 1) * threads * std::size_t(tiles->rounds);
+        memory.forces = parts * threads * std::size_t(7 * tiles->senders);
     }
     if (has_faces) memory.faces = 3 * sites;
     if (controlled) {
@@ -385,7 +385,6 @@ void scene_kernels::define_shape(kernel_set& step) const {
         define("LIMAX_SENDERS", tiles->senders);
         define("LIMAX_HALO", tiles->halo);
         define("LIMAX_INBOX", tiles->inbox);
-        define("LIMAX_SHOWN", tiles->shown);
     } else if (on_grid_) {
         define("LIMAX_TILE_X", grid_.tile[0]);
         define("LIMAX_TILE_Y", grid_.tile[1]);

@@ -215,82 +215,63 @@ std::optional<tile_plan> cut_into_tiles(const lattice& grid, const std::array<in
     for (std::size_t i = 0; i < cells.size(); ++i)
         if (cells[i].site >= 0) slot_of[std::size_t(cells[i].site)] = i;
 
-    // packets in the order in which warps send them, so that they are side by side
-    struct force_entry {
-        int sum, target;
+    // what others send, in the order in which warps send it, so that packets are side by side
+    struct received {
+        int packet, to, site, ends;
+        bool operator<(const received& other) const { return packet < other.packet; }
     };
-    std::vector<std::vector<force_entry>> inbox(std::size_t(plan.tiles));
-    std::vector<int> shown(cells.size(), -1), sent((corners - 1) * cells.size(), -1);
-    for (std::size_t tile = 0; tile < inbox.size(); ++tile) {
-        int count = 0;
-        for (std::size_t i = tile * slots; i < (tile + 1) * slots; ++i)
-            if (cells[i].axes >> 16 & 1) shown[i] = count++;
-        plan.shown = std::max(plan.shown, count);
-        for (int c = 1; c < corners; ++c)
-            for (std::size_t i = tile * slots; i < (tile + 1) * slots; ++i) {
-                if (!(cells[i].axes >> (23 + c) & 1)) continue;
-                const auto target = int(cells[i].site + grid.site(c & 1, c >> 1 & 1, c >> 2));
-                const std::size_t there = slot_of[std::size_t(target)];
-                auto& list = inbox[there / slots];
-                sent[std::size_t(c - 1) * cells.size() + i] = int(list.size());
-                list.push_back({(c - 1) * plan.own_places + (cells[there].axes & 0xffff), target});
-            }
-        plan.inbox = std::max(plan.inbox, 1);
-    }
-    for (const auto& list : inbox)
-        plan.inbox = std::max(plan.inbox, parts(int(list.size()), plan.threads));
-    struct mass_entry {
-        int packet, place, site, ends;
-        bool operator<(const mass_entry& other) const { return packet < other.packet; }
-    };
-    std::vector<std::vector<mass_entry>> halo(std::size_t(plan.tiles));
-    plan.halo = 1;
-    for (int number = 0; number < plan.tiles; ++number) {
-        const box b = t.tile(number);
+    std::vector<std::vector<received>> halo(static_cast<std::size_t>(plan.tiles)), inbox(halo);
+    plan.halo = plan.inbox = 1;
+    for (std::size_t tile = 0; tile < halo.size(); ++tile) {
+        const box b = t.tile(int(tile));
         box window = b;
         for (int& high : window.high) ++high;
-        auto& list = halo[std::size_t(number)];
         window.each([&](const std::array<int, 3>& at) {
             if (b.holds(at) || !t.lattice_box().holds(at)) return;
             int ends = 0;
             for (int c = 1; c < corners; ++c) ends |= b.holds(moved(at, c, -1)) << c;
-            const std::size_t there = slot_of[std::size_t(t.site(at))];
-            list.push_back(
-                {int(there / slots) * plan.shown + shown[there], t.place(b, at), t.site(at), ends});
+            halo[tile].push_back(
+                {int(slot_of[std::size_t(t.site(at))]), t.place(b, at), t.site(at), ends});
         });
-        std::sort(list.begin(), list.end());
-        plan.halo = std::max(plan.halo, parts(int(list.size()), plan.threads));
+        b.each([&](const std::array<int, 3>& at) {
+            for (int c = 1; c < corners; ++c) {
+                const auto cell = moved(at, c, -1);
+                if (b.holds(cell) || !t.lattice_box().holds(cell)) continue;
+                const int from = int(slot_of[std::size_t(t.site(cell))]), slot = from % int(slots),
+                          sender = slot / plan.threads - 1;
+                inbox[tile].push_back(
+                    {((from / int(slots) * plan.senders + sender) * (corners - 1) + c - 1) *
+                             plan.threads +
+                         slot % plan.threads,
+                     (c - 1) * plan.own_places + t.place(b, at), t.site(at), 0});
+            }
+        });
+        std::sort(halo[tile].begin(), halo[tile].end());
+        std::sort(inbox[tile].begin(), inbox[tile].end());
+        plan.halo = std::max(plan.halo, parts(int(halo[tile].size()), plan.threads));
+        plan.inbox = std::max(plan.inbox, parts(int(inbox[tile].size()), plan.threads));
     }
 
-    const tile_rows rows{plan.rounds, plan.senders, plan.halo, plan.inbox};
+    const tile_rows rows{plan.rounds, plan.halo, plan.inbox};
     plan.table.assign(std::size_t(plan.tiles * rows.count()) * threads, -1);
-    for (std::size_t tile = 0; tile < inbox.size(); ++tile) {
+    for (std::size_t tile = 0; tile < halo.size(); ++tile) {
         const auto put = [&](int row, std::size_t i, int value) {
             plan.table[(tile * std::size_t(rows.count()) + std::size_t(row)) * threads + i] = value;
         };
         for (std::size_t i = 0; i < slots; ++i) {
-            const std::size_t from = tile * slots + i;
-            put(rows.site(), i, cells[from].site);
-            put(rows.cell(), i, cells[from].axes);
-            put(rows.shown(), i, int(tile) * plan.shown + shown[from]);
-            for (int c = 1; c < corners && cells[from].site >= 0; ++c) {
-                const int packet = sent[std::size_t(c - 1) * cells.size() + from];
-                if (packet < 0) continue;
-                const auto target = cells[from].site + grid.site(c & 1, c >> 1 & 1, c >> 2);
-                const auto there = int(slot_of[std::size_t(target)] / slots);
-                put(rows.sent() + 7 * (int(i / threads) - 1) + c - 1, i % threads,
-                    there * plan.inbox * plan.threads + packet);
-            }
+            put(rows.site(), i, cells[tile * slots + i].site);
+            put(rows.cell(), i, cells[tile * slots + i].axes);
         }
         for (std::size_t i = 0; i < halo[tile].size(); ++i) {
-            put(rows.packet(), i, halo[tile][i].packet);
-            put(rows.place(), i, halo[tile][i].place);
-            put(rows.mass(), i, halo[tile][i].site);
+            put(rows.mass(), i, halo[tile][i].packet);
+            put(rows.place(), i, halo[tile][i].to);
+            put(rows.mass_site(), i, halo[tile][i].site);
             put(rows.ends(), i, halo[tile][i].ends);
         }
         for (std::size_t i = 0; i < inbox[tile].size(); ++i) {
-            put(rows.sum(), i, inbox[tile][i].sum);
-            put(rows.target(), i, inbox[tile][i].target);
+            put(rows.force(), i, inbox[tile][i].packet);
+            put(rows.sum(), i, inbox[tile][i].to);
+            put(rows.force_site(), i, inbox[tile][i].site);
         }
     }
     return plan;

@@ -31,58 +31,68 @@ TEST_CASE("every cell has one thread, and a tile receives what others send") {
         const auto plan = cut_into_tiles(grid, cut, needs_of(precision), memory);
         REQUIRE(plan);
         CHECK(plan->shared_bytes <= memory);
-        const int slots = plan->rounds * plan->threads;
-        const int stride = (precision == LIMAX_DOUBLE ? 2 : 1) * int(grid.sites());
-        REQUIRE(int(plan->cells.size()) == plan->tiles * slots);
-        const auto each = [](const std::vector<cell_entry>& list, int of_tile, const auto& visit) {
-            for (int i = 0; i < int(list.size()); ++i)
-                if (list[i].site >= 0) visit(i / of_tile, i % of_tile, list[i]);
+        const tile_rows rows{plan->rounds, plan->halo, plan->inbox};
+        REQUIRE(int(plan->table.size()) == plan->tiles * rows.count() * plan->threads);
+        // calls visit(tile, place in the list, ..) for all that do not have -1 in the last row
+        const auto each = [&](int length, int first, int last, const auto& visit) {
+            const auto at = [&](int tile, int row, int i) {
+                return plan->table[(tile * rows.count() + row) * plan->threads + i];
+            };
+            for (int tile = 0; tile < plan->tiles; ++tile)
+                for (int i = 0; i < length * plan->threads; ++i)
+                    if (at(tile, last, i) >= 0)
+                        visit(tile, i, at(tile, first, i), at(tile, first + length, i));
+        };
+        const auto each_cell = [&](const auto& visit) {
+            each(plan->rounds, rows.site(), rows.site(), visit);
         };
         std::vector<int> tile_of(std::size_t(grid.sites()), -1), place_in(tile_of);
-        each(plan->cells, slots, [&](int tile, int, const cell_entry& cell) {
-            CHECK(tile_of[cell.site] == -1);
-            tile_of[cell.site] = tile;
-            place_in[cell.site] = cell.axes & 0xffff;
+        each_cell([&](int tile, int, int site, int cell) {
+            CHECK(tile_of[site] == -1);
+            tile_of[site] = tile;
+            place_in[site] = cell & 0xffff;
         });
         CHECK(std::count(tile_of.begin(), tile_of.end(), -1) == 0);
-        std::map<int, int> sent, received;  // tile by packet
-        std::set<std::array<int, 2>> read,
-            shown;  // mass of another tile, and the tile that reads it
-        each(plan->cells, slots, [&](int tile, int slot, const cell_entry& cell) {
-            const int round = slot / plan->threads, x = cell.site % (grid.nx + 1),
-                      y = cell.site / (grid.nx + 1) % (grid.ny + 1),
-                      z = cell.site / ((grid.nx + 1) * (grid.ny + 1));
+        // by packet: the tile that waits for it, and the sum that it belongs to
+        std::map<int, std::array<int, 2>> sent, received;
+        std::set<std::array<int, 2>> read, shown;  // packet of a mass, and the tile that reads it
+        std::map<int, int> packet_of;              // by site
+        each_cell([&](int tile, int slot, int site, int cell) {
+            if (cell >> 16 & 1) packet_of[site] = tile * plan->rounds * plan->threads + slot;
+        });
+        each_cell([&](int tile, int slot, int lowest, int cell) {
+            const int round = slot / plan->threads, x = lowest % (grid.nx + 1),
+                      y = lowest / (grid.nx + 1) % (grid.ny + 1),
+                      z = lowest / ((grid.nx + 1) * (grid.ny + 1));
             for (int c = 1; c < corners; ++c) {
                 const bool inside = x + (c & 1) <= grid.nx && y + (c >> 1 & 1) <= grid.ny &&
                                     z + (c >> 2) <= grid.nz;
                 const int site =
                     inside ? int(grid.site(x + (c & 1), y + (c >> 1 & 1), z + (c >> 2))) : -1;
                 const bool own = inside && tile_of[site] == tile, other = inside && !own;
-                CHECK((cell.axes >> (16 + c) & 1) == own);
-                CHECK((cell.axes >> (23 + c) & 1) == other);
+                CHECK((cell >> (16 + c) & 1) == own);
+                CHECK((cell >> (23 + c) & 1) == other);
                 if (own)
-                    CHECK(place_in[site] == (cell.axes & 0xffff) + (c & 1) +
-                                                (c >> 1 & 1) * plan->row + (c >> 2) * plan->plane);
+                    CHECK(place_in[site] == (cell & 0xffff) + (c & 1) + (c >> 1 & 1) * plan->row +
+                                                (c >> 2) * plan->plane);
                 if (!other) continue;
                 CHECK((round > 0 && round <= plan->senders));
-                sent[(c - 1) * stride + site] = tile_of[site];
-                read.insert({site, tile});
+                const int packet = (tile * plan->senders + round - 1) * 7 * plan->threads +
+                                   (c - 1) * plan->threads + slot % plan->threads;
+                sent[packet] = {tile_of[site], (c - 1) * plan->own_places + place_in[site]};
+                REQUIRE(packet_of.count(site) == 1);
+                read.insert({packet_of[site], tile});
             }
         });
-        each(plan->forces, plan->inbox * plan->threads, [&](int tile, int, const cell_entry& e) {
-            CHECK(received.emplace(e.site, tile).second);
-            CHECK(e.axes == e.site / stride * plan->own_places + place_in[e.site % stride]);
+        each(plan->inbox, rows.force(), rows.force_site(), [&](int tile, int, int packet, int sum) {
+            CHECK(received.emplace(packet, std::array<int, 2>{tile, sum}).second);
         });
         CHECK(sent == received);
-        each(plan->masses, plan->halo * plan->threads, [&](int tile, int, const cell_entry& e) {
-            CHECK((e.axes & 0xffff) < plan->places);
-            shown.insert({e.site, tile});
+        each(plan->halo, rows.mass(), rows.mass_site(), [&](int tile, int, int packet, int place) {
+            CHECK(place < plan->places);
+            shown.insert({packet, tile});
         });
         CHECK(read == shown);
-        each(plan->cells, slots, [&](int, int, const cell_entry& cell) {
-            const auto reader = read.lower_bound({cell.site, 0});
-            CHECK((cell.axes >> 16 & 1) == (reader != read.end() && (*reader)[0] == cell.site));
-        });
     }
 }
 
