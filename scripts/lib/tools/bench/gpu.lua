@@ -15,7 +15,8 @@ local PRECISIONS = { "single", "compensated", "double" }
 -- 132 is one robot for each multiprocessor of an H200
 local POPULATIONS = { 1, 30, 132, 264, 1056, 4224, 16384 }
 -- voxels along each axis, and robots that fill a large GPU
-local LATTICES = { { 3, 16384 }, { 5, 4224 }, { 8, 1056 }, { 10, 528 }, { 20, 66 }, { 50, 1 } }
+local LATTICES = { { 3, 16384 }, { 5, 4224 }, { 8, 1056 }, { 10, 528 }, { 14, 44 }, { 20, 66 },
+  { 30, 16 }, { 50, 1 } }
 local KERNEL = { "path", "origin", "architecture", "threads", "registers", "spilled",
   "shared_bytes", "blocks_of_multiprocessor", "instructions" }
 
