@@ -354,8 +354,11 @@ void scene_kernels::choose_path(block_plans& plans, const gpu& device, int robot
             return;
         }
     }
+    // one kernel for all large populations
+    const int most_robots = device.multiprocessors;
     if (!any && path != "grid" && !has_faces && !meets && !has_solid && tiles_possible(device))
-        tiles = plan_tiles(setup_->grid, needs, shared, device.multiprocessors, robots);
+        tiles = plan_tiles(setup_->grid, needs, shared, device.multiprocessors,
+                           robots <= most_robots ? robots : 32 * most_robots);
     on_grid_ = !tiles;
     if (on_grid_)
         grid_ = form_ == kernel_form::any_lattice

@@ -216,10 +216,7 @@ std::optional<tile_plan> cut_into_tiles(const lattice& grid, const std::array<in
         if (cells[i].site >= 0) slot_of[std::size_t(cells[i].site)] = i;
 
     // what others send, in the order in which warps send it, so that packets are side by side
-    struct received {
-        int packet, to, site, ends;
-        bool operator<(const received& other) const { return packet < other.packet; }
-    };
+    using received = std::array<int, 4>;  // packet, where it goes, site, corners of cells
     std::vector<std::vector<received>> halo(static_cast<std::size_t>(plan.tiles)), inbox(halo);
     plan.halo = plan.inbox = 1;
     for (std::size_t tile = 0; tile < halo.size(); ++tile) {
@@ -262,17 +259,13 @@ std::optional<tile_plan> cut_into_tiles(const lattice& grid, const std::array<in
             put(rows.site(), i, cells[tile * slots + i].site);
             put(rows.cell(), i, cells[tile * slots + i].axes);
         }
-        for (std::size_t i = 0; i < halo[tile].size(); ++i) {
-            put(rows.mass(), i, halo[tile][i].packet);
-            put(rows.place(), i, halo[tile][i].to);
-            put(rows.mass_site(), i, halo[tile][i].site);
-            put(rows.ends(), i, halo[tile][i].ends);
-        }
-        for (std::size_t i = 0; i < inbox[tile].size(); ++i) {
-            put(rows.force(), i, inbox[tile][i].packet);
-            put(rows.sum(), i, inbox[tile][i].to);
-            put(rows.force_site(), i, inbox[tile][i].site);
-        }
+        const auto put_list = [&](const std::vector<received>& list, int first, int length,
+                                  int count) {
+            for (std::size_t i = 0; i < list.size(); ++i)
+                for (int k = 0; k < count; ++k) put(first + k * length, i, list[i][std::size_t(k)]);
+        };
+        put_list(halo[tile], rows.mass(), plan.halo, 4);
+        put_list(inbox[tile], rows.force(), plan.inbox, 3);
     }
     return plan;
 }
