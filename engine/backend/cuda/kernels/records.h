@@ -300,14 +300,15 @@ struct tile_rows {
     int rounds;       // cells of a thread
     int halo, inbox;  // most masses and forces that a thread receives
 
-    LIMAX_LAW constexpr int site() const { return 0; }       // of a cell, -1 without one, [round]
-    LIMAX_LAW constexpr int cell() const { return rounds; }  // place; flags from bit 16 on
+    LIMAX_LAW constexpr int site() const { return 0; }  // of a cell, -1 without one, [round]
+    // Of its lowest corner: the place; bit 16: other tiles read the mass; bits 17 to 23: corners
+    // that are masses of this tile, bits 24 to 30: of another.
+    LIMAX_LAW constexpr int cell() const { return rounds; }
     LIMAX_LAW constexpr int mass() const { return 2 * rounds; }  // its packet, [halo]
     LIMAX_LAW constexpr int place() const { return mass() + halo; }
     LIMAX_LAW constexpr int mass_site() const { return place() + halo; }  // -1 without one
-    LIMAX_LAW constexpr int ends() const {
-        return mass_site() + halo;
-    }                                                                // corners of cells that it is
+    // Corners of cells that it is.
+    LIMAX_LAW constexpr int ends() const { return mass_site() + halo; }
     LIMAX_LAW constexpr int force() const { return ends() + halo; }  // its packet, [inbox]
     LIMAX_LAW constexpr int sum() const { return force() + inbox; }
     LIMAX_LAW constexpr int force_site() const { return sum() + inbox; }  // -1 without one

@@ -38,7 +38,7 @@ struct tile_robot {
     mass_state mass[rounds];
     real next_velocity[rounds][3];
     spring_parameters springs[rounds][cube_classes];
-    // of a cell's lowest corner: place, and from bit 16 on tile_flags; below 0 without a mass
+    // as in the table; below 0 without a mass
     int cell[rounds];
     unsigned masses_expected = 0, forces_expected = 0;  // bits as receive() takes them
     uint32_t number = 1;                                // of the masses that are shown
