@@ -15,8 +15,8 @@ void robots_on_gpu<R>::release() {
     const auto free = [](auto&... memory) { ((memory = std::decay_t<decltype(memory)>()), ...); };
     free(device_records_, device_running_, device_ranks_, device_cells_, table_, masses_, forces_,
          mass_, springs_, state_, exchange_, sums_, arrived_, faces_, after_, surface_, partners_,
-         listed_at_, moved_, solids_, solid_marks_, solid_touches_, solid_corners_, solid_pairs_, solid_after_,
-         heights_, control_, genes_, muscles_, device_summaries_);
+         listed_at_, moved_, solids_, solid_marks_, solid_touches_, solid_corners_, solid_pairs_,
+         solid_after_, heights_, control_, genes_, muscles_, device_summaries_);
     for (device_memory<double>& samples : device_samples_) free(samples);
 }
 
