@@ -45,7 +45,7 @@ return limax.task {
   end,
   -- s; no settling, in which the block would slide past
   simulation = { duration = 3, settle = 0, accuracy = "evolve" },
-  population = 100, generations = 100, repetitions = 1,
+  population = 100, generations = 80, repetitions = 1,
   fitness = stopped,
   small = { population = 12, generations = 6 },
 }

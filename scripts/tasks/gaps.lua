@@ -40,7 +40,7 @@ return limax.task {
     return list
   end,
   simulation = { duration = 5, settle = 0.5, accuracy = "evolve" }, -- s
-  population = 100, generations = 50, repetitions = 1,
+  population = 100, generations = 45, repetitions = 1,
   fitness = { "distance", axis = "x" },
   small = { population = 12, generations = 6, ["simulation.duration"] = 3 },
 }
