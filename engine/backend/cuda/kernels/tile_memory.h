@@ -16,6 +16,8 @@ constexpr int sites = site_grid(lattice{}).count();
 constexpr int threads = LIMAX_THREADS, warps = threads / 32, rounds = LIMAX_ROUNDS;
 constexpr int places = LIMAX_PLACES, own_places = LIMAX_OWN_PLACES;
 constexpr int slots = rounds * threads;
+constexpr int rim_slots = LIMAX_RIM_SLOTS, cube_rounds = rounds - (rim_slots > 0);
+constexpr int cube_slots = cube_rounds * threads;
 constexpr tile_rows rows{LIMAX_ROUNDS, LIMAX_HALO, LIMAX_INBOX};
 // Forces that a tile may send: by sender, corner and thread.
 constexpr int sent_forces = LIMAX_SENDERS * (corners - 1) * threads;
@@ -29,9 +31,10 @@ LIMAX_LAW constexpr int corner_place(int number) {
 struct tile_memory {
     corner_columns<places> at;       // every mass that a spring ends at
     sum_columns<own_places, 1> sum;  // forces of cells on masses other than their own
-    float4 damping[damped ? 3 : 1][damped ? slots : 1];  // c of springs 0 to 11 of a cell
-    float last_damping[damped ? slots : 1];              // of spring 12
-    typename wide<real>::four weights[slots];
+    float4 damping[damped ? 3 : 1][damped ? cube_slots : 1];  // c of springs 0 to 11 of a cube
+    float last_damping[damped ? cube_slots : 1];              // of spring 12
+    float4 square_damping[damped && rim_slots > 0 ? rim_slots : 1];  // c of a square
+    typename wide<real>::four weights[cube_slots + rim_slots];
     effects::actuation::moment<real> moments[check_interval];  // of the muscles, from the
                                                                // last event on
     int64_t part[grid_sums][warps];
@@ -196,6 +199,29 @@ struct cell_parameters {
                 shared.damping[i][slot] = {c[4 * i], c[4 * i + 1], c[4 * i + 2], c[4 * i + 3]};
             shared.last_damping[slot] = c[cube_springs - 1];
         }
+    }
+};
+
+// The same of a square across `axes`. A bar is one of which only an edge has parameters.
+struct square_parameters {
+    spring_parameters (&of)[rim_classes];
+    float4& c;
+    int axes;
+
+    // Which corner of the cell is corner `i` of the square.
+    __device__ int corner(int i) const {
+        const int first = axes & -axes;
+        return (i & 1 ? first : 0) | (i & 2 ? axes & ~first : 0);
+    }
+    __device__ spring_parameters of_class(int i) const {
+        spring_parameters own = of[i];
+        if constexpr (damped) own.value[1] = i == 0 ? c.x : i == 1 ? c.y : c.z;
+        return own;
+    }
+    __device__ float damping(int) const { return c.w; }
+    __device__ void store(const held_square& all) const {
+        for (int i = 0; i < rim_classes; ++i) of[i] = all.first[i];
+        if constexpr (damped) c = {of[0].value[1], of[1].value[1], of[2].value[1], all.others[0]};
     }
 };
 

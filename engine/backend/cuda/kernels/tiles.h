@@ -14,6 +14,9 @@
 //   LIMAX_PLACES                 places of a tile and of one layer beyond it
 //   LIMAX_OWN_PLACES             those up to its last mass
 //   LIMAX_TILES, LIMAX_ROUNDS    tiles of a robot, cells of a thread
+//   LIMAX_RIM_SLOTS              the first threads, whose last cell is on the rim of the lattice: a
+//                                square, which takes less time and memory than a cube; 0 where
+//                                cells of the rim are cubes without the springs beyond
 //   LIMAX_SENDERS                rounds, from the second on, whose cells may reach into other tiles
 //   LIMAX_HALO, LIMAX_INBOX      most masses and forces that a thread receives
 //   LIMAX_THREADS                threads of a block
@@ -37,7 +40,8 @@ struct tile_robot {
     // of a mass what only its thread reads; the rest is in shared memory
     mass_state mass[rounds];
     real next_velocity[rounds][3];
-    spring_parameters springs[rounds][cube_classes];
+    spring_parameters springs[cube_rounds][cube_classes];
+    spring_parameters square_springs[rim_classes];  // of a cell on the rim
     // as in the table; below 0 without a mass
     int cell[rounds];
     unsigned masses_expected = 0, forces_expected = 0;  // bits as receive() takes them
@@ -91,6 +95,11 @@ struct tile_robot {
     __device__ int slot(int round) const { return round * threads + thread; }
     __device__ cell_parameters parameters(int round) {
         return {springs[round], shared, slot(round), {}};
+    }
+    __device__ square_parameters square() {
+        const int here = opaque(cell[rounds - 1]);
+        const bool x = flag(here, 1) || flag(here, 8), z = flag(here, 4) || flag(here, 11);
+        return {square_springs, shared.square_damping[thread], !z ? 3 : x ? 5 : 6};
     }
     // There is none.
     __device__ robot_solid solid() const { return solid_of(launch, index(), sites, nullptr); }
@@ -173,6 +182,12 @@ struct tile_robot {
             const int axes = (own % grid.x + 1 < grid.x ? 1 : 0) |
                              (own / grid.x % grid.y + 1 < grid.y ? 2 : 0) |
                              (own / (grid.x * grid.y) + 1 < grid.z ? 4 : 0);
+            if (k >= cube_rounds) {
+                held_square all{};
+                load_square(all, grid, columns(), own, axes, square().axes);
+                square().store(all);
+                return;
+            }
             held_cube all{};
             load_cube(all, grid, columns(), own, axes);
             parameters(k).store(all);
@@ -183,19 +198,25 @@ struct tile_robot {
         const control_state now =
             control_state_of(launch.control.columns, launch.scene, shared.record, index(),
                              lattice{LIMAX_NX, LIMAX_NY, LIMAX_NZ}.voxels());
+        const auto drive = [&](spring_parameters& spring, int direction, int near) {
+            if (!(spring.value[0] > 0.0f)) return;
+            const auto driven =
+                driven_at(launch, now, grid, columns(), direction, near, stored_drive(now));
+            spring.value[spring_columns - 2] = driven.at_tick;
+            spring.value[spring_columns - 1] = driven.per_step;
+        };
         each_cell([&](int k) {
-            each_constant<cube_springs>([&](auto i) {
-                constexpr cube_spring s = cube_spring_at(i.value);
-                constexpr parameter_place at = cube_place(i.value);
-                if constexpr (at.other < 0) {
-                    float(&value)[spring_columns] = springs[k][at.of_class].value;
-                    if (!(value[0] > 0.0f)) return;
-                    const auto driven = driven_at(launch, now, grid, columns(), s.direction,
-                                                  site(k) + grid.corner(s.near), stored_drive(now));
-                    value[spring_columns - 2] = driven.at_tick;
-                    value[spring_columns - 1] = driven.per_step;
-                }
-            });
+            if (k >= cube_rounds)
+                for (int i = 0; i < rim_classes; ++i)
+                    drive(square_springs[i], rim_direction(square().axes, i),
+                          site(k) + (rim_near(i) ? grid.corner(square().corner(1)) : 0));
+            else
+                each_constant<cube_springs>([&](auto i) {
+                    constexpr cube_spring s = cube_spring_at(i.value);
+                    constexpr parameter_place at = cube_place(i.value);
+                    if constexpr (at.other < 0)
+                        drive(springs[k][at.of_class], s.direction, site(k) + grid.corner(s.near));
+                });
         });
     }
 
@@ -246,8 +267,10 @@ struct tile_robot {
             touching += contact && touches(mass[k], params);
             if (!limited) return;
             broken |= broken_by_mass(mass[k], launch, coarse);
-            if (cube_stretched(launch, parameters(k),
-                               [&](int c) { return shared.at.load(place(k) + corner_place(c)); }))
+            const auto load = [&](int c) { return shared.at.load(place(k) + corner_place(c)); };
+            if (k < cube_rounds ? cube_stretched(launch, parameters(k), load)
+                                : square_stretched(launch, square(),
+                                                   [&](int i) { return load(square().corner(i)); }))
                 broken |= limit_stretch;
         });
         const auto add = [&](int sum, int64_t value) { add_over_warp(value, shared.part[sum]); };
@@ -376,17 +399,25 @@ struct tile_robot {
             sends ? forces_of_robot() + (tile() * sent_forces + 7 * threads * (k - 1) + thread)
                   : nullptr;
         force own{};
-        cube_forces<false>(
-            launch, parameters(k), now, [&](int c) { return shared.at.load(at + corner_place(c)); },
-            [&](int c, const force& sum) {
-                if (c == 0) {
-                    own = sum;
-                    return;
-                }
-                if (flag(own_cell, c)) shared.sum.store(c, at + corner_place(c), sum);
-                if (sends && flag(own_cell, 7 + c))
-                    sent_force{{sum.x, sum.y, sum.z}}.send_to(to + (c - 1) * threads, number);
-            });
+        const auto load = [&](int c) { return shared.at.load(at + corner_place(c)); };
+        const auto store = [&](int i, int c, const force& sum) {
+            if (i == 0) {
+                own = sum;
+                return;
+            }
+            if (flag(own_cell, c)) shared.sum.store(c, at + corner_place(c), sum);
+            if (sends && flag(own_cell, 7 + c))
+                sent_force{{sum.x, sum.y, sum.z}}.send_to(to + (c - 1) * threads, number);
+        };
+        if (k < cube_rounds) {
+            cube_forces<false>(launch, parameters(k), now, load,
+                               [&](int c, const force& sum) { store(c, c, sum); });
+        } else {
+            const square_parameters set = square();
+            square_forces(
+                launch, set, now, [&](int i) { return load(set.corner(i)); },
+                [&](int i, const force& sum) { store(i, set.corner(i), sum); });
+        }
         return own;
     }
     // Forces of springs, then everything that acts on masses, up to the end of the step.
@@ -396,8 +427,10 @@ struct tile_robot {
         each_cell([&](int k) {
             if (k == 0) own[k] = sum_springs(k, muscles);
         });
-        receive_masses();
-        __syncthreads();
+        if constexpr (LIMAX_TILES > 1) {
+            receive_masses();
+            __syncthreads();
+        }
         each_cell([&](int k) {
             if (k > 0) own[k] = sum_springs(k, muscles);
         });

@@ -385,6 +385,7 @@ void scene_kernels::define_shape(kernel_set& step) const {
         define("LIMAX_OWN_PLACES", tiles->own_places);
         define("LIMAX_TILES", tiles->tiles);
         define("LIMAX_ROUNDS", tiles->rounds);
+        define("LIMAX_RIM_SLOTS", tiles->rim_slots);
         define("LIMAX_SENDERS", tiles->senders);
         define("LIMAX_HALO", tiles->halo);
         define("LIMAX_INBOX", tiles->inbox);

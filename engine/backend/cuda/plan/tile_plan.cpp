@@ -12,13 +12,15 @@ namespace limax::cuda {
 namespace {
 
 constexpr int lanes = 32;
-// Warps of a block that leave registers for three cells of a thread.
-constexpr int most_warps = 12, most_warps_of_double = 8, most_rounds = 3;
+// Warps of a block that leave registers for two cells of a thread, and for three.
+constexpr int most_warps_of_two = 16, most_warps = 12, most_warps_of_double = 8, most_rounds = 3;
 // Free places after a row and a plane that are tried.
 constexpr int row_paddings = 2, plane_paddings = 4;
 constexpr std::size_t shared_slack = 512;
-// What a step takes beside its cells, in warps of cells: always, and for a warp of packets.
-constexpr double work_of_step = 8, work_of_packets = 0.3;
+// What a step takes beside its cells, in warps of cells: always, for a warp of packets, for a warp
+// of the rim, and for a round of it. More warps hide more.
+constexpr double work_of_step = 8, work_of_packets = 0.3, work_of_rim = 0.5, work_of_rims = 3,
+                 share_of_more_warps = 0.9;
 
 int parts(int items, int size) { return (items + size - 1) / size; }
 
@@ -46,16 +48,36 @@ std::array<int, 3> moved(std::array<int, 3> at, int corner, int by) {
 // The tiles of one plan while it is made.
 struct tiling {
     std::array<int, 3> along, cut, most;  // sites of the lattice; tiles; sites of the largest
+    bool rims_apart;
     int row, plane;
 
-    tiling(const lattice& grid, const std::array<int, 3>& tiles)
-        : along{grid.nx + 1, grid.ny + 1, grid.nz + 1}, cut(tiles) {
+    tiling(const lattice& grid, const tile_cut& how)
+        : along{grid.nx + 1, grid.ny + 1, grid.nz + 1}, cut(how.tiles), rims_apart(how.rims_apart) {
         for (int axis = 0; axis < 3; ++axis) most[axis] = parts(along[axis], cut[axis]);
         pad(0, 0);
     }
+    // Whether cells read masses beyond a side of the tile. A cube on the rim does, a square only
+    // masses whose force on it is 0, which may be any.
+    int beyond(int axis) const { return cut[axis] > 1 || !rims_apart; }
     void pad(int of_row, int of_plane) {
-        row = most[0] + 1 + of_row;
-        plane = row * (most[1] + 1) + of_plane;
+        row = most[0] + beyond(0) + of_row;
+        plane = row * (most[1] + beyond(1)) + of_plane;
+    }
+    int places() const { return plane * (most[2] - 1 + beyond(2)) + row * most[1] + most[0] + 1; }
+    // Most cells of a tile that are stepped as cubes, and as squares.
+    std::array<int, 2> cubes_and_squares() const {
+        if (!rims_apart) return {cells(), 0};
+        std::array<int, 2> most_of{};
+        for (int number = 0; number < cut[0] * cut[1] * cut[2]; ++number) {
+            const box b = tile(number);
+            int all = 1, cubes = 1;
+            for (int axis = 0; axis < 3; ++axis) {
+                all *= b.along(axis);
+                cubes *= b.along(axis) - (b.high[axis] == along[axis]);
+            }
+            most_of = {std::max(most_of[0], cubes), std::max(most_of[1], all - cubes)};
+        }
+        return most_of;
     }
     int cells() const { return most[0] * most[1] * most[2]; }
     int site(const std::array<int, 3>& at) const {
@@ -76,7 +98,8 @@ struct tiling {
         return (at[0] - b.low[0]) + row * (at[1] - b.low[1]) + plane * (at[2] - b.low[2]);
     }
     // What a step of the largest tile takes of its multiprocessor, in warps of cells, where it has
-    // neighbours on all sides that are cut. Packets of faces across x are not side by side.
+    // neighbours on all sides that are cut. Packets of faces across x, less so across y, are not
+    // side by side.
     double work(int packets_of_mass) const {
         int window = 1, inner = 1;
         for (int axis = 0; axis < 3; ++axis) {
@@ -84,7 +107,12 @@ struct tiling {
             inner *= most[axis] - (cut[axis] > 1);
         }
         const int packets = (window - cells()) * packets_of_mass + 4 * (cells() - inner);
-        return work_of_step + (cells() + work_of_packets * packets) / lanes + 0.01 * cut[0];
+        const auto [cubes, squares] = cubes_and_squares();
+        const int warps = parts(cubes, 2 * lanes);
+        return (work_of_step + (cubes + work_of_rim * squares) / lanes) *
+                   (warps > most_warps && warps <= most_warps_of_two ? share_of_more_warps : 1) +
+               work_of_packets * packets / lanes + (rims_apart ? work_of_rims : 0) +
+               0.01 * (2 * cut[0] + cut[1]);
     }
 };
 
@@ -113,10 +141,11 @@ void put_in_lanes(const std::vector<cell_entry>& cells, cell_entry* first, int w
 }
 
 // The cells of a tile by round: 0 has none that reaches into another tile, and masses that others
-// wait for come first. Empty where those that reach out are too many.
+// wait for come first. Those on the rim are in the last where they are apart. Empty where those
+// that reach out are too many.
 std::vector<std::vector<cell_entry>> rounds_of(const tiling& t, const box& b, int rounds,
                                                std::size_t threads) {
-    std::vector<cell_entry> low, high, inner;
+    std::vector<cell_entry> low, high, inner, rim;
     b.each([&](const std::array<int, 3>& at) {
         int flags = 0;
         for (int c = 1; c < corners; ++c) {
@@ -124,14 +153,17 @@ std::vector<std::vector<cell_entry>> rounds_of(const tiling& t, const box& b, in
             if (t.lattice_box().holds(corner)) flags |= 1 << (b.holds(corner) ? c : 7 + c);
             flags |= t.lattice_box().holds(cell) && !b.holds(cell);
         }
-        (flags >> corners ? high
-         : flags & 1      ? low
-                          : inner)
-            .push_back({t.site(at), t.place(b, at) | flags << 16});
+        const bool reaches_out = flags >> corners, on_rim = !t.lattice_box().holds(moved(at, 7, 1));
+        const cell_entry cell{t.site(at), t.place(b, at) | flags << 16};
+        if (t.rims_apart && on_rim)
+            rim.insert(reaches_out ? rim.begin() : rim.end(), cell);
+        else
+            (reaches_out ? high : flags & 1 ? low : inner).push_back(cell);
     });
     std::vector<std::vector<cell_entry>> of(static_cast<std::size_t>(rounds));
     if (high.size() > threads * (of.size() - 1)) return {};
-    const std::size_t even = (low.size() + high.size() + inner.size() + of.size() - 1) / of.size();
+    const auto even =
+        std::size_t(parts(int(low.size() + high.size() + inner.size()), rounds * lanes) * lanes);
     std::size_t round = 1;
     for (const cell_entry& cell : high) {
         if (of[round].size() == threads) ++round;
@@ -142,36 +174,49 @@ std::vector<std::vector<cell_entry>> rounds_of(const tiling& t, const box& b, in
     for (const std::size_t most : {even, threads})
         for (auto& some : of)
             for (; some.size() < most && round < low.size(); ++round) some.push_back(low[round]);
+    if (t.rims_apart) of.push_back(rim);
     return of;
 }
 
 }  // namespace
 
-std::optional<tile_plan> cut_into_tiles(const lattice& grid, const std::array<int, 3>& cut,
+std::optional<tile_plan> cut_into_tiles(const lattice& grid, const tile_cut& cut,
                                         const kernel_needs& needs, std::size_t most_shared_bytes) {
     tiling t(grid, cut);
     const bool in_double = needs.precision == LIMAX_DOUBLE;
-    const int warps_at_most = in_double ? most_warps_of_double : most_warps;
+    const int most_of_two = in_double ? most_warps_of_double : most_warps_of_two,
+              most_of_three = in_double ? most_warps_of_double : most_warps;
     tile_plan plan;
-    plan.cut = cut;
-    plan.tiles = cut[0] * cut[1] * cut[2];
-    plan.rounds = std::max(2, parts(t.cells(), warps_at_most * lanes));
-    if (plan.rounds > most_rounds) return std::nullopt;
-    plan.threads = parts(t.cells(), plan.rounds * lanes) * lanes;
+    plan.cut = cut.tiles;
+    plan.tiles = t.cut[0] * t.cut[1] * t.cut[2];
+    const auto [cubes, rims] = t.cubes_and_squares();
+    const int cube_rounds =
+        parts(cubes, 2 * lanes) <= most_of_two ? 2 : parts(cubes, most_of_three * lanes);
+    if (cube_rounds > (cut.rims_apart ? 2 : most_rounds)) return std::nullopt;
+    const int warps = std::max(parts(cubes, cube_rounds * lanes), parts(rims, lanes));
+    if (warps > most_of_two) return std::nullopt;
+    plan.threads = warps * lanes;
+    plan.rounds = cube_rounds + cut.rims_apart;
+    plan.rim_slots = parts(rims, lanes) * lanes;
+    const int cube_slots = cube_rounds * plan.threads;
     const auto threads = std::size_t(plan.threads), slots = threads * std::size_t(plan.rounds);
 
     // tile_memory of kernels/tile_memory.h, which asserts that this suffices
     const auto measure = [&] {
         plan.row = t.row;
         plan.plane = t.plane;
-        plan.places = t.plane * t.most[2] + t.row * t.most[1] + t.most[0] + 1;
+        plan.places = t.places();
         plan.own_places = t.plane * (t.most[2] - 1) + t.row * (t.most[1] - 1) + t.most[0];
         const std::size_t real = in_double ? 8 : 4;
         plan.shared_bytes =
             (std::size_t(plan.places) * (needs.shares_velocity ? 6 : 4) +
-             std::size_t(plan.own_places) * 3 * (corners - 1) + 4 * slots + 2 * check_interval) *
+             std::size_t(plan.own_places) * 3 * (corners - 1) +
+             std::size_t(4 * (cube_slots + plan.rim_slots) + 2 * check_interval)) *
                 real +
-            (needs.spring_columns > 1 ? slots * cube_springs * sizeof(float) : 0) +
+            (needs.spring_columns > 1
+                 ? std::size_t(cube_slots * cube_springs + plan.rim_slots * rim_springs) *
+                       sizeof(float)
+                 : 0) +
             std::size_t(plan.threads / lanes + 1) * grid_sums * sizeof(int64_t) +
             sizeof(robot_record) + needs.control + shared_slack;
         return plan.shared_bytes <= most_shared_bytes;
@@ -183,7 +228,7 @@ std::optional<tile_plan> cut_into_tiles(const lattice& grid, const std::array<in
         for (int of_plane = 0; of_plane < plane_paddings; ++of_plane) {
             t.pad(of_row, of_plane);
             if (!measure()) continue;
-            const auto of = rounds_of(t, t.tile(0), plan.rounds, threads);
+            const auto of = rounds_of(t, t.tile(0), cube_rounds, threads);
             std::size_t misfits = 0;
             for (const auto& round : of) {
                 std::array<std::size_t, lanes> used{};
@@ -202,11 +247,12 @@ std::optional<tile_plan> cut_into_tiles(const lattice& grid, const std::array<in
     // the cells of all threads, and where each mass is
     std::vector<cell_entry> cells(std::size_t(plan.tiles) * slots, {-1, 0});
     for (int number = 0; number < plan.tiles; ++number) {
-        const auto of = rounds_of(t, t.tile(number), plan.rounds, threads);
+        const auto of = rounds_of(t, t.tile(number), cube_rounds, threads);
         if (of.empty()) return std::nullopt;
         for (std::size_t k = 0; k < of.size(); ++k) {
-            put_in_lanes(of[k], &cells[std::size_t(number) * slots + k * threads],
-                         plan.threads / lanes);
+            cell_entry* const first = &cells[std::size_t(number) * slots + k * threads];
+            const int used = int(k) == cube_rounds ? plan.rim_slots : plan.threads;
+            put_in_lanes(of[k], first, used / lanes);
             for (const cell_entry& cell : of[k])
                 if (cell.axes >> 16 >> corners) plan.senders = std::max(plan.senders, int(k));
         }
@@ -218,7 +264,6 @@ std::optional<tile_plan> cut_into_tiles(const lattice& grid, const std::array<in
     // what others send, in the order in which warps send it, so that packets are side by side
     using received = std::array<int, 4>;  // packet, where it goes, site, corners of cells
     std::vector<std::vector<received>> halo(static_cast<std::size_t>(plan.tiles)), inbox(halo);
-    plan.halo = plan.inbox = 1;
     for (std::size_t tile = 0; tile < halo.size(); ++tile) {
         const box b = t.tile(int(tile));
         box window = b;
@@ -274,13 +319,17 @@ std::optional<tile_plan> plan_tiles(const lattice& grid, const kernel_needs& nee
                                     std::size_t most_shared_bytes, int multiprocessors,
                                     int robots) {
     const std::array<int, 3> along{grid.nx + 1, grid.ny + 1, grid.nz + 1};
-    std::multimap<double, std::array<int, 3>> cuts;  // by the time of all robots
+    std::multimap<double, tile_cut> cuts;  // by the time of all robots
     for (int z = 1; z <= along[2]; ++z)
         for (int y = 1; y <= along[1] && y * z <= multiprocessors; ++y)
-            for (int x = z * y == 1 ? 2 : 1; x <= along[0] && x * y * z <= multiprocessors; ++x)
-                cuts.emplace(parts(robots, multiprocessors / (x * y * z)) *
-                                 tiling(grid, {x, y, z}).work(needs.shares_velocity ? 2 : 1),
-                             std::array<int, 3>{x, y, z});
+            for (int x = 1; x <= along[0] && x * y * z <= multiprocessors; ++x)
+                for (const bool rims_apart : {false, true}) {
+                    const tile_cut cut{{x, y, z}, rims_apart};
+                    if (rims_apart && needs.precision == LIMAX_DOUBLE) continue;  // not tried
+                    cuts.emplace(parts(robots, multiprocessors / (x * y * z)) *
+                                     tiling(grid, cut).work(needs.shares_velocity ? 2 : 1),
+                                 cut);
+                }
     for (const auto& [time, cut] : cuts)
         if (auto plan = cut_into_tiles(grid, cut, needs, most_shared_bytes)) return plan;
     return std::nullopt;
