@@ -18,6 +18,8 @@
 //                                square, which takes less time and memory than a cube; 0 where
 //                                cells of the rim are cubes without the springs beyond
 //   LIMAX_SENDERS                rounds, from the second on, whose cells may reach into other tiles
+//   LIMAX_READERS                the first threads, which receive masses and have all cells that
+//                                reach into other tiles
 //   LIMAX_HALO, LIMAX_INBOX      most masses and forces that a thread receives
 //   LIMAX_THREADS                threads of a block
 //   LIMAX_SHARED_BYTES           dynamic shared memory of a block
@@ -427,9 +429,10 @@ struct tile_robot {
         each_cell([&](int k) {
             if (k == 0) own[k] = sum_springs(k, muscles);
         });
-        if constexpr (LIMAX_TILES > 1) {
+        // the cells of other threads need none of these masses: they go on meanwhile
+        if (LIMAX_READERS > 0 && thread < LIMAX_READERS) {
             receive_masses();
-            __syncthreads();
+            wait_for_readers();
         }
         each_cell([&](int k) {
             if (k > 0) own[k] = sum_springs(k, muscles);

@@ -387,6 +387,7 @@ void scene_kernels::define_shape(kernel_set& step) const {
         define("LIMAX_ROUNDS", tiles->rounds);
         define("LIMAX_RIM_SLOTS", tiles->rim_slots);
         define("LIMAX_SENDERS", tiles->senders);
+        define("LIMAX_READERS", tiles->readers);
         define("LIMAX_HALO", tiles->halo);
         define("LIMAX_INBOX", tiles->inbox);
     } else if (on_grid_) {

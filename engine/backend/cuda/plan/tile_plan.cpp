@@ -253,8 +253,11 @@ std::optional<tile_plan> cut_into_tiles(const lattice& grid, const tile_cut& cut
             cell_entry* const first = &cells[std::size_t(number) * slots + k * threads];
             const int used = int(k) == cube_rounds ? plan.rim_slots : plan.threads;
             put_in_lanes(of[k], first, used / lanes);
-            for (const cell_entry& cell : of[k])
-                if (cell.axes >> 16 >> corners) plan.senders = std::max(plan.senders, int(k));
+            for (int i = 0; i < used; ++i)
+                if (first[i].site >= 0 && first[i].axes >> 16 >> corners) {
+                    plan.senders = std::max(plan.senders, int(k));
+                    plan.readers = std::max(plan.readers, (i / lanes + 1) * lanes);
+                }
         }
     }
     std::vector<std::size_t> slot_of(std::size_t(grid.sites()));  // of all tiles
@@ -290,6 +293,8 @@ std::optional<tile_plan> cut_into_tiles(const lattice& grid, const tile_cut& cut
         });
         std::sort(halo[tile].begin(), halo[tile].end());
         std::sort(inbox[tile].begin(), inbox[tile].end());
+        plan.readers = std::max(
+            plan.readers, std::min(parts(int(halo[tile].size()), lanes) * lanes, plan.threads));
         plan.halo = std::max(plan.halo, parts(int(halo[tile].size()), plan.threads));
         plan.inbox = std::max(plan.inbox, parts(int(inbox[tile].size()), plan.threads));
     }

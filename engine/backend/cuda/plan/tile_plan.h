@@ -17,6 +17,7 @@ struct tile_plan {
     int row = 0, plane = 0;       // places between neighbours along y and z in shared memory
     int places = 0;               // of the largest tile and one layer beyond it
     int own_places = 0;           // up to its last mass
+    int readers = 0;              // threads up to the last with a mass or a cell of another tile
     int halo = 0, inbox = 0;      // most masses and forces that a thread receives
     std::size_t shared_bytes = 0;
 

@@ -81,6 +81,7 @@ TEST_CASE("every cell has one thread, and a tile receives what others send") {
                                                 (c >> 2) * plan->plane);
                 if (!other) continue;
                 CHECK((round > 0 && round <= plan->senders));
+                CHECK(slot % plan->threads < plan->readers);
                 const int packet = (tile * plan->senders + round - 1) * 7 * plan->threads +
                                    (c - 1) * plan->threads + slot % plan->threads;
                 sent[packet] = {tile_of[site], (c - 1) * plan->own_places + place_in[site]};
@@ -92,10 +93,12 @@ TEST_CASE("every cell has one thread, and a tile receives what others send") {
             CHECK(received.emplace(packet, std::array<int, 2>{tile, sum}).second);
         });
         CHECK(sent == received);
-        each(plan->halo, rows.mass(), rows.mass_site(), [&](int tile, int, int packet, int place) {
-            CHECK(place < plan->places);
-            shown.insert({packet, tile});
-        });
+        each(plan->halo, rows.mass(), rows.mass_site(),
+             [&](int tile, int i, int packet, int place) {
+                 CHECK(place < plan->places);
+                 CHECK(i % plan->threads < plan->readers);
+                 shown.insert({packet, tile});
+             });
         CHECK(read == shown);
     }
 }
