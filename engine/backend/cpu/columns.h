@@ -13,6 +13,13 @@ namespace limax::cpu {
 
 inline int64_t longest_step(const lattice& grid) { return grid.step(direction{1, 1, 1}); }
 
+// Steps taken in one pass over a body: several if it is too large for the caches, so that they
+// share one read of its memory.
+inline constexpr int64_t most_steps_at_once = 8, sites_in_cache = 65536;
+constexpr int64_t steps_at_once(int64_t sites) {
+    return sites > sites_in_cache ? most_steps_at_once : 1;
+}
+
 // Memory that a step writes before it reads it; one per thread, for robots of one precision.
 class scratch {
 public:
@@ -20,7 +27,8 @@ public:
         : count_(padded(grid.sites())),
           longest_step_(padded(longest_step(grid))),
           window_(longest_step_ + 2 * site_block),
-          memory_(6 * (count_ + longest_step_) + 3 * 8 * (window_ + site_block)) {}
+          memory_(3 * (count_ + longest_step_) +
+                  steps_at_once(count_) * 3 * cell_corners * (window_ + site_block)) {}
 
     // Points the scratch columns of a robot here.
     template <class S>
@@ -31,7 +39,6 @@ public:
             next += count_ + longest_step_;
             return column;
         };
-        for (S*& transfer : springs.transfer) transfer = take();
         for (int axis = 0; axis < 3; ++axis) springs.force[axis] = masses.force[axis] = take();
         springs.sums = next;
         springs.sums_window = window_;

@@ -121,23 +121,33 @@ public:
     bool local() const {
         return !self_contacts_ && !blocks_ && !ledger_ && !(scene_.mask() & effects::face_bits);
     }
-    // In a scene where local(): fills the forces on some masses after the others, and calls
-    // act(part) with each part once its forces are complete. Springs of the other parts do not read
-    // it any more: a whole step of it may follow, while it is in the cache.
+    // In a scene where local(): computes the forces of `steps` steps on some masses after the
+    // others. Calls act(part, n) with each part of masses[n] once its forces at tick + n are
+    // complete. Springs of the other parts do not read it any more: the rest of the step may
+    // follow, while the part is in the cache. Step n + 1 is as far behind step n as springs reach.
     template <class Act>
-    void evaluate_parts(const mass_arrays<S>& masses, int64_t tick, const Act& act) {
-        move(double(tick) * tick_);
-        columns_.show_springs(masses);
-        pair_place place;
-        for (int64_t first = 0, ready; first < masses.count; first = ready) {
-            const int64_t end = std::min(place.cell + sites_of_part, masses.count);
-            passes_of<S>(passes_).pair[variant(tick)](columns_.springs, moment<S>(tick), place,
-                                                      end);
-            ready = end == masses.count ? end : end - site_block;
-            const mass_arrays<S> part = part_of(masses, first, ready);
-            act_on_masses(part, tick);
-            act(part);
-        }
+    void evaluate_parts(const mass_arrays<S>* masses, int64_t tick, int64_t steps, const Act& act) {
+        spring_arrays<S>& springs = columns_.springs;
+        S* const sums = springs.sums;
+        const int64_t count = body_.count, reach = longest_step(body_.grid);
+        pair_place place[most_steps_at_once];
+        int64_t done[most_steps_at_once] = {};  // sites
+        while (done[steps - 1] < count)
+            for (int64_t n = 0; n < steps; ++n) {
+                const int64_t first = done[n], end = std::min(place[n].cell + sites_of_part, count);
+                const bool waits = n > 0 && done[n - 1] < std::min(end + reach, count);
+                if (waits || first == count) continue;
+                move(double(tick + n) * tick_);
+                columns_.show_springs(masses[n]);
+                springs.sums = sums + n * 3 * cell_corners * springs.sums_column;
+                passes_of<S>(passes_).pair[variant(tick + n)](springs, moment<S>(tick + n),
+                                                              place[n], end);
+                done[n] = end == count ? end : end - site_block;
+                const mass_arrays<S> part = part_of(masses[n], first, done[n]);
+                act_on_masses(part, tick + n);
+                act(part, n);
+            }
+        springs.sums = sums;
     }
 
     // The energy stored in contacts between masses of the body, J.

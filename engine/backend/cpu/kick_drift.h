@@ -35,13 +35,17 @@ public:
         forces_.drift(plan_.time_step, leapfrog_, double(share(step)));
     }
 
-    bool whole(int64_t step) override {
+    bool whole(int64_t step, int64_t count) override {
         if (!forces_.local()) return false;
-        forces_.evaluate_parts(masses_, step - plan_.settle_steps, [&](const auto& part) {
-            kick(part, step);
-            drift(part, step);
-        });
-        change_velocities();
+        for (int64_t n = 0; n < count; ++n) {
+            together_[n] = masses_;
+            change_velocities();
+        }
+        forces_.evaluate_parts(together_, step - plan_.settle_steps, count,
+                               [&](const auto& part, int64_t n) {
+                                   kick(part, step + n);
+                                   drift(part, step + n);
+                               });
         return true;
     }
 
@@ -84,6 +88,7 @@ private:
     const step_passes<S>& passes_;
     mass_arrays<S>& masses_;
     robot_forces<S, compensated>& forces_;
+    mass_arrays<S> together_[most_steps_at_once];  // at each step of whole()
 };
 
 }  // namespace limax::cpu

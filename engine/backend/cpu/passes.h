@@ -29,9 +29,8 @@ struct spring_arrays {
     const float* sine;
     const float* cosine;
     // Scratch of the thread, written before it is read within one step.
-    S* force[3];     // N, [count]
-    S* transfer[3];  // one direction's spring forces, N; zeros lie before them for the longest step
-    S* sums;         // [corner][3][sums_column]: what cells add to their corners, N
+    S* force[3];  // N, [count]
+    S* sums;      // [step][corner][3][sums_column]: what cells add to their corners, N
     int64_t sums_window, sums_column;  // cells that it holds, and those with the first ones again
     // [count / site_block][cell_rows][site_block]: the columns above by cells, see cell_springs
     const float* cells;

@@ -5,6 +5,7 @@
 #include "backend/cpu/robot.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "backend/cpu/kick_drift.h"
@@ -48,6 +49,8 @@ public:
           passes_(passes),
           outcome_(outcome),
           plan_(planned(setup, body, outcome)),
+          marks_{plan_.settle_steps, plan_.settle_steps + (plan_.steps - plan_.settle_steps) / 2,
+                 plan_.steps},
           ticks_(options_.integrator == LIMAX_RK4 ? runge_kutta<S, compensated>::ticks_per_step
                                                   : 1),
           state_(setup, std::move(body), passes, plan_.time_step / ticks_),
@@ -78,7 +81,8 @@ private:
     std::unique_ptr<stepper<S>> make_stepper();
     void check_limits();
     bool take_tick();
-    void count_step();
+    void count_steps(int64_t count);
+    int64_t steps_without_events(int64_t stop) const;
     void mark_centers();
     void mark_block();
     // Whether the velocities at t_n are half way between those before and after the kick.
@@ -88,6 +92,8 @@ private:
     const pass_table& passes_;
     limax_outcome& outcome_;
     const schedule plan_;
+    // steps at which the centre of mass is recorded
+    const std::array<int64_t, 3> marks_;
     // ticks of the muscles' clock in a step
     const int ticks_;
     robot_state<S, compensated> state_;
@@ -141,22 +147,32 @@ bool robot_run<S, compensated>::take_tick() {
 }
 
 template <class S, bool compensated>
-void robot_run<S, compensated>::count_step() {
-    ++step_;
+void robot_run<S, compensated>::count_steps(int64_t count) {
+    step_ += count;
     outcome_.step = step_;
     outcome_.time = double(step_ - plan_.settle_steps) * plan_.time_step;
+}
+
+// How many steps from this one on may be taken in one pass: nothing is to be done between them.
+template <class S, bool compensated>
+int64_t robot_run<S, compensated>::steps_without_events(int64_t stop) const {
+    const int64_t most = std::min(step_ + steps_at_once(state_.body.count), stop);
+    int64_t next = step_ + 1;
+    while (next < most && next % check_interval != 0 && samples_->idle(next) &&
+           !(control_ && control_->due(next)) &&
+           std::find(marks_.begin(), marks_.end(), next) == marks_.end())
+        ++next;
+    return next - step_;
 }
 
 // Where the robot and its first block are at t = 0, half way from there, and at the end.
 template <class S, bool compensated>
 void robot_run<S, compensated>::mark_centers() {
-    const int64_t moving = plan_.steps - plan_.settle_steps;
     double* const marks[3] = {outcome_.center_start, outcome_.center_middle, outcome_.center_end};
-    const int64_t at[3] = {plan_.settle_steps, plan_.settle_steps + moving / 2, plan_.steps};
     double* const block_marks[3] = {outcome_.block_start, outcome_.block_middle,
                                     outcome_.block_end};
     for (int mark = 0; mark < 3; ++mark) {
-        if (step_ != at[mark]) continue;
+        if (step_ != marks_[mark]) continue;
         for (int axis = 0; axis < 3; ++axis) marks[mark][axis] = state_.center(axis);
         if (!state_.blocks) continue;
         double of_block[LIMAX_BLOCK_STATE];
@@ -197,9 +213,12 @@ bool robot_run<S, compensated>::advance(scratch& memory, deadline until, int64_t
             }
             const bool ends = step_ % look_interval == 0 && step_ > start &&
                               (interrupted() || std::chrono::steady_clock::now() >= until);
-            if (step_ < stop && !ends && samples_->idle(step_) && stepper_->whole(step_)) {
-                count_step();
-                continue;
+            if (step_ < stop && !ends && samples_->idle(step_)) {
+                const int64_t together = steps_without_events(stop);
+                if (stepper_->whole(step_, together)) {
+                    count_steps(together);
+                    continue;
+                }
             }
             stepper_->begin(step_);
             begun_ = true;
@@ -214,7 +233,7 @@ bool robot_run<S, compensated>::advance(scratch& memory, deadline until, int64_t
         if (step_ == stop) return false;
         stepper_->finish(step_);
         begun_ = false;
-        count_step();
+        count_steps(1);
     }
     samples_->all().summarize(outcome_);
     // no more forces are needed: most of the memory can be freed

@@ -15,8 +15,8 @@ public:
     virtual void begin(int64_t step) = 0;
     // The rest: the state is that of n + 1.
     virtual void finish(int64_t step) = 0;
-    // Both parts of step n at once, faster; returns false where it cannot, having done nothing.
-    virtual bool whole(int64_t /*step*/) { return false; }
+    // All of `count` steps from n on, faster; returns false where it cannot, having done nothing.
+    virtual bool whole(int64_t /*step*/, int64_t /*count*/) { return false; }
     // Velocities at t_n, [3][site] where there is a mass; approximate if step n has not
     // `begun`.
     virtual void velocity_now(int64_t step, bool begun, S* const out[3]) const = 0;

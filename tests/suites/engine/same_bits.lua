@@ -4,6 +4,7 @@
 local bodies = require "limax.tools.bench.bodies"
 local engine = require "limax.engine"
 local device_cases = require "support.device_cases"
+local evolution = require "support.evolution"
 
 local suite = require("limax.test").suite "same bits"
 
@@ -85,6 +86,21 @@ for _, edge in ipairs { 5, 8, 10 } do
     end
   end)
 end
+
+suite:test("a body too large for a cache: steps together and one by one", { devices = "cpu",
+  integrators = { "leapfrog", "symplectic_euler" } }, function(t)
+  local scene = evolution.with(ALL, { moving_spheres = { center = { 1, 1, -0.2 }, radius = 0.3,
+    velocity = { 0, 0, 2 }, turns = 0.005 } })
+  local population = bodies.population(materials, { 20, 20, 160 }, 1, { first = 2, hollow = true })
+  local function run(slice)
+    local simulation = engine.simulation(population, materials, engine.scene(scene), {
+      time_step = 1e-4, duration = 0.01, settle = 0.003, velocity = { 1, 0.3, -0.5 },
+      integrator = t.integrator, record = { energy = 100 } }, t.device)
+    repeat until simulation:advance(0, slice).finished
+    return results(simulation, 1)
+  end
+  t:same_bits(run(1e6), run(1))
+end)
 
 suite:test("simulations that advance together keep their bits", { devices = "all" }, function(t)
   local list, singly = {}, {}
