@@ -46,7 +46,7 @@ typedef enum limax_status {
 } limax_status;
 
 enum {
-    LIMAX_ABI = 15, /* raised whenever a declaration of this file changes */
+    LIMAX_ABI = 16, /* raised whenever a declaration of this file changes */
     LIMAX_MAX_MATERIALS = 16,
     LIMAX_MAX_HIDDEN = 8
 };
@@ -229,6 +229,9 @@ float* limax_population_genomes(limax_population* population);
 uint8_t* limax_population_voxels(limax_population* population);
 float* limax_population_weights(limax_population* population);
 const limax_body* limax_population_bodies(const limax_population* population);
+/* `before` robots of the generation come before the first of this population, 0 if never called:
+ * random numbers of a robot depend on its number in the generation. */
+limax_status limax_population_number(limax_population* population, int32_t before);
 /* A copy of the genomes of robots first .. first + count - 1, [count][gene]. Unlike a view it does
  * not move the population off the GPU. */
 limax_status limax_population_read_genomes(const limax_population* population, int32_t first,
@@ -292,6 +295,18 @@ typedef struct limax_diversity {
  * genes; hamming is 0 for one robot. */
 limax_status limax_population_diversity(const limax_population* population, const int32_t* robots,
                                         int32_t count, limax_diversity* out);
+/* The same of a set whose robots are in several populations: the largest of the sets' largest
+ * absolute genes, each 0 without genes or robots and not finite where a gene is not, then the sum of
+ * their sums, [limax_population_sums_size], and the hashes of all `count` bodies. A set has less
+ * than 2^31 robots. */
+limax_status limax_population_largest_gene(const limax_population* population,
+                                           const int32_t* robots, int32_t count, float* out);
+int64_t limax_population_sums_size(const limax_population* population);
+limax_status limax_population_sums(const limax_population* population, const int32_t* robots,
+                                   int32_t count, float largest_gene, int64_t* sums);
+limax_status limax_population_diversity_of(const limax_population* population, const int64_t* sums,
+                                           float largest_gene, const uint64_t* hashes,
+                                           int32_t count, limax_diversity* out);
 
 /* Non-dominated ranks, 0 for the front, and crowding distances (K. Deb et al., "A fast and elitist
  * multiobjective genetic algorithm: NSGA-II", IEEE Trans. Evol. Comp. 6, 2002) of `count` points,

@@ -245,22 +245,19 @@ function methods:set_body(i, voxels, weights, table_of_materials)
   class.end_bodies(self, "a body of its population was set")
 end
 
---- The diversity of the bodies and genomes of some robots, in time linear in their number.
----@param robots integer[]
----@return limax.diversity
-function methods:diversity(robots)
-  local handle = object.handle("population:diversity", self, class)
+-- A list of robots as the engine counts them, and its length.
+local function set_of(self, robots)
   local count = #schema.demand(schema.table, robots, "population:diversity")
-  if count == 0 then
-    fault.raise "population:diversity: expected a list of robots, got an empty one"
-  end
-  local list = ffi.new("int32_t[?]", count)
+  local list = ffi.new("int32_t[?]", math.max(count, 1))
   for k = 1, count do
     list[k - 1] =
       schema.index("population:diversity: robot %d of the list", robots[k], self.count, k) - 1
   end
-  local out = ffi.new "limax_diversity"
-  abi.check(C.limax_population_diversity(handle, list, count, out), "population:diversity")
+  return list, count
+end
+
+-- The engine's diversity for scripts.
+local function shown(self, out)
   local shares = {}
   for m = 1, self.materials_count do shares[m] = out.material_shares[m - 1] end
   return {
@@ -268,6 +265,48 @@ function methods:diversity(robots)
     genotype = out.genotype == out.genotype and out.genotype or nil,
     control = out.control == out.control and out.control or nil,
   }
+end
+
+--- The diversity of the bodies and genomes of some robots, in time linear in their number.
+---@param robots integer[]
+---@return limax.diversity
+function methods:diversity(robots)
+  local handle = object.handle("population:diversity", self, class)
+  local list, count = set_of(self, robots)
+  if count == 0 then
+    fault.raise "population:diversity: expected a list of robots, got an empty one"
+  end
+  local out = ffi.new "limax_diversity"
+  abi.check(C.limax_population_diversity(handle, list, count, out), "population:diversity")
+  return shown(self, out)
+end
+
+--- The largest absolute gene of some robots of this population, of which others have more.
+function class.largest_gene(self, robots)
+  local list, count = set_of(self, robots)
+  local out = ffi.new "float[1]"
+  abi.check(C.limax_population_largest_gene(self.handle, list, count, out), "largest_gene")
+  return out[0]
+end
+
+--- Sums of these robots, int64_t[size], and the size. `largest` is the gene of all populations.
+function class.sums(self, robots, largest)
+  local list, count = set_of(self, robots)
+  local size = tonumber(C.limax_population_sums_size(self.handle))
+  local sums = ffi.new("int64_t[?]", size)
+  abi.check(C.limax_population_sums(self.handle, list, count, largest, sums), "sums")
+  return sums, size
+end
+
+--- The diversity of `count` robots of several populations of this kind.
+---@param sums ffi.cdata* int64_t[size], added up
+---@param hashes ffi.cdata* uint64_t[count]
+---@return limax.diversity
+function class.diversity_of(self, sums, largest, hashes, count)
+  local out = ffi.new "limax_diversity"
+  abi.check(C.limax_population_diversity_of(self.handle, sums, largest, hashes, count, out),
+    "diversity_of")
+  return shown(self, out)
 end
 
 return class

@@ -26,7 +26,7 @@ local FINITE = { minimum = -3.4028234663852886e38, maximum = 3.4028234663852886e
 local lattice_rule = schema.numbers(3, { integer = true })
 local options_rule = schema.fields {
   lattice = lattice_rule, count = schema.whole(-MOST, MOST),
-  encoding = schema.any,
+  encoding = schema.any, before = schema.whole(0, MOST, 0),
 }
 local breeding_rules = { seed = schema.required(schema.seed),
   repetition = schema.required(schema.whole(1, MOST)),
@@ -48,6 +48,7 @@ local generation_rule = schema.whole(0, MOST, 0)
 
 ---@class limax.population : limax.object
 ---@field count integer robots
+---@field before integer robots of the generation before its first
 ---@field genes integer numbers in a genome, 0 without an encoding
 ---@field control_genes integer the last of these, which give no body
 ---@field lattice integer[] voxels along x, y, z
@@ -63,8 +64,10 @@ local generation_rule = schema.whole(0, MOST, 0)
 ---@field generation integer of the children
 ---@field elites integer|nil children 1 to this are copies of their first parent; 0
 
---- Makes a population whose genomes are 0 and whose bodies are empty.
----@param options { lattice: integer[]|nil, count: integer, encoding: limax.encoding|nil }
+--- Makes a population whose genomes are 0 and whose bodies are empty. `before` robots of the
+--- generation come before its first: random numbers depend on a robot's number in the generation.
+---@param options { lattice: integer[]|nil, count: integer, encoding: limax.encoding|nil,
+--- before: integer|nil }
 ---@return limax.population
 local function population(options)
   options = schema.demand(options_rule, options, "population")
@@ -75,10 +78,10 @@ local function population(options)
   if lattice == nil and coder then lattice = coder.lattice end
   lattice = schema.demand(lattice_rule, lattice, "population.lattice")
   local count = schema.demand(schema.number {}, options.count, "population.count")
-  return object.make(class, "population", function(out)
+  local made = object.make(class, "population", function(out)
     return C.limax_population_create(ffi.new("int32_t[3]", lattice), count, coder_handle, out)
   end, {
-    count = count, genes = coder and coder.genes or 0,
+    count = count, before = options.before, genes = coder and coder.genes or 0,
     control_genes = coder and coder.control_genes or 0, lattice = lattice,
     voxels_each = lattice[1] * lattice[2] * lattice[3], bodies_life = object.life(),
     -- of views through which a script writes bodies
@@ -88,6 +91,8 @@ local function population(options)
     -- of the material table with which bodies were last expressed or checked
     materials_count = tonumber(C.LIMAX_MAX_MATERIALS),
   })
+  abi.check(C.limax_population_number(made.handle, options.before), "population.before")
+  return made
 end
 
 -- seconds that one call should take, well below 50 ms

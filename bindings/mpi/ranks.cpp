@@ -1,5 +1,5 @@
-// ranks.cpp: what a run on several ranks needs of MPI: a gather, and a thread that notices when
-// another rank is lost. A library of its own, which only a process loads that mpirun or srun
+// ranks.cpp: what a run on several ranks needs of MPI: a gather, sums, genomes to the ranks that need
+// them, and a thread that notices when another rank is lost. A library of its own, which only a process loads that mpirun or srun
 // started; scripts/lib/base/ranks.lua declares and calls it. One thread calls its functions.
 #include <mpi.h>
 #include <pthread.h>
@@ -32,7 +32,7 @@ constexpr int tag_alive = 1, tag_finished = 2;
 int rank = 0, ranks = 1;
 MPI_Comm signs = MPI_COMM_NULL;
 MPI_Request pending = MPI_REQUEST_NULL;
-std::vector<int> counts, places;
+std::vector<int> counts, places, counts_in, places_in;
 std::thread watcher;
 std::atomic<bool> stop_watching{false}, rank_0_reports{false};
 
@@ -135,6 +135,31 @@ LIMAX_PUBLIC void limax_ranks_gather(const char* text, const int64_t* sizes, cha
     std::partial_sum(counts.begin(), counts.end() - 1, places.begin() + 1);
     MPI_Iallgatherv(text, counts[rank], MPI_BYTE, all, counts.data(), places.data(), MPI_BYTE,
                     MPI_COMM_WORLD, &pending);
+}
+
+// Begins to add up values of all ranks, in place.
+LIMAX_PUBLIC void limax_ranks_sum(int64_t* values, int count) {
+    MPI_Iallreduce(MPI_IN_PLACE, values, count, MPI_INT64_T, MPI_SUM, MPI_COMM_WORLD, &pending);
+}
+
+// Begins to send items of `bytes` to each rank, and to receive some from each. `out` and `in` hold
+// them by rank, `sent` and `received` [rank] count them.
+LIMAX_PUBLIC void limax_ranks_trade(const void* out, const int* sent, void* in, const int* received,
+                                    int bytes) {
+    const auto counted = [](const int* numbers, std::vector<int>& own, std::vector<int>& first) {
+        own.assign(numbers, numbers + ranks);
+        first.assign(ranks, 0);
+        std::partial_sum(own.begin(), own.end() - 1, first.begin() + 1);
+    };
+    counted(sent, counts, places);
+    counted(received, counts_in, places_in);
+    // counts of MPI are int: of items, of which there may be more than 2 GB
+    MPI_Datatype item{};
+    MPI_Type_contiguous(bytes, MPI_BYTE, &item);
+    MPI_Type_commit(&item);
+    MPI_Ialltoallv(out, counts.data(), places.data(), item, in, counts_in.data(), places_in.data(),
+                   item, MPI_COMM_WORLD, &pending);
+    MPI_Type_free(&item);
 }
 
 // Whether what was begun last is complete.

@@ -142,6 +142,9 @@ limax_status limax_population_read_genomes(const limax_population* population, i
         population->it.read_genomes(first, count, out);
     });
 }
+limax_status limax_population_number(limax_population* population, int32_t before) {
+    return change(population, "population", [&] { population->it.number(before); });
+}
 limax_status limax_population_text(const limax_population* population, int32_t first, int32_t count,
                                    const char* letters, char* out) {
     return change(population, "population", [&] {
@@ -198,6 +201,31 @@ limax_status limax_population_diversity(const limax_population* population, cons
     return change(population, "population", [&] {
         require("robots, out", robots, out);
         *out = population->it.diversity(robots, count);
+    });
+}
+limax_status limax_population_largest_gene(const limax_population* population,
+                                           const int32_t* robots, int32_t count, float* out) {
+    return change(population, "population", [&] {
+        require("robots, out", robots, out);
+        *out = population->it.largest_gene(robots, count);
+    });
+}
+int64_t limax_population_sums_size(const limax_population* population) {
+    return population->it.sums_size();
+}
+limax_status limax_population_sums(const limax_population* population, const int32_t* robots,
+                                   int32_t count, float largest_gene, int64_t* sums) {
+    return change(population, "population", [&] {
+        require("robots, sums", robots, sums);
+        population->it.sums(robots, count, largest_gene, sums);
+    });
+}
+limax_status limax_population_diversity_of(const limax_population* population, const int64_t* sums,
+                                           float largest_gene, const uint64_t* hashes,
+                                           int32_t count, limax_diversity* out) {
+    return change(population, "population", [&] {
+        require("sums, hashes, out", sums, hashes, out);
+        *out = population->it.diversity_of(sums, largest_gene, hashes, count);
     });
 }
 

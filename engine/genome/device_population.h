@@ -33,18 +33,22 @@ public:
     // Robots first .. first + count - 1.
     virtual void fetch_genomes(float* genomes, int32_t first, int32_t count) const = 0;
 
-    virtual void initialize(uint32_t generation, int32_t first, int32_t count) = 0;
+    // `before` as of limax_population_number.
+    virtual void initialize(uint32_t generation, int32_t before, int32_t first, int32_t count) = 0;
     // From parents on the same device. `pairs` [count][2] are those of these children.
     virtual void breed(const device_population& parents, const int32_t* pairs,
-                       const limax_breeding& breeding, int32_t first, int32_t count) = 0;
+                       const limax_breeding& breeding, int32_t before, int32_t first,
+                       int32_t count) = 0;
     // Sets `bodies` [count], with an unknown status.
     virtual void express(bool largest_part, int32_t first, int32_t count, limax_body* bodies) = 0;
 
-    // [voxel]: the sum over materials of the squared number of robots, of the `count` listed, that
-    // have it there.
-    virtual void count_same(const int32_t* robots, int32_t count, int64_t* same) const = 0;
-    // [gene]: the sum over the robots, in their order, of the squared deviation from their mean.
-    virtual void sum_squares(const int32_t* robots, int32_t count, double* squares) const = 0;
+    // [voxel][LIMAX_MAX_MATERIALS]: the number of robots, of the `count` listed, that have it there.
+    virtual void count_materials(const int32_t* robots, int32_t count, int64_t* counts) const = 0;
+    // The largest magnitude_bits() of any gene of these robots.
+    virtual uint32_t largest_gene(const int32_t* robots, int32_t count) const = 0;
+    // [kinds_of_gene_sums][gene]: gene_sums of these robots.
+    virtual void sum_genes(const int32_t* robots, int32_t count, double scale,
+                           int64_t* sums) const = 0;
 
     // The bodies as they are now; later writes do not change them.
     virtual std::shared_ptr<const device_bodies> bodies() const = 0;

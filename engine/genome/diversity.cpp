@@ -1,17 +1,30 @@
-// diversity.cpp: how much the robots of a set differ in bodies and in genes.
+// diversity.cpp: how much the robots of a set differ in bodies and in genes. All of it follows from
+// sums of integers, which have the same bits in any order: a set may be summed in parts.
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <vector>
 
 #include "base/error.h"
+#include "genome/gene_sums.h"
 #include "genome/population.h"
 
 namespace limax {
 
-limax_diversity population::diversity(const int32_t* robots, int32_t count) const {
-    if (count < 1)
-        fail(LIMAX_INVALID_ARGUMENT, format("diversity of %d robots: it needs at least 1", count));
+namespace {
+
+__extension__ using wide = __int128;
+
+// Steps per unit; `largest` is finite.
+double gene_scale(float largest) {
+    int exponent = 0;
+    std::frexp(largest, &exponent);
+    return std::ldexp(1.0, 31 - exponent);
+}
+
+}  // namespace
+
+void population::require_set(const int32_t* robots, int32_t count) const {
     for (int32_t k = 0; k < count; ++k) {
         require_robots(robots[k], 1);
         if (bodies_[std::size_t(robots[k])].status == LIMAX_BODY_UNKNOWN)
@@ -19,97 +32,123 @@ limax_diversity population::diversity(const int32_t* robots, int32_t count) cons
                  format("robot %d has no known body: it must be expressed or checked first",
                         robots[k] + 1));
     }
-    limax_diversity out = {};
-    out.robots = count;
-    out.hamming = hamming(robots, count);
-    genotype(robots, count, out);
-
-    std::vector<uint64_t> hashes;
-    hashes.reserve(static_cast<std::size_t>(count));
-    for (int32_t k = 0; k < count; ++k) {
-        const limax_body& body = bodies_[std::size_t(robots[k])];
-        hashes.push_back(body.hash);
-        for (int m = 0; m < LIMAX_MAX_MATERIALS; ++m) out.material_shares[m] += body.counts[m];
-    }
-    for (double& share : out.material_shares) share /= double(count) * double(grid_.voxels());
-    std::sort(hashes.begin(), hashes.end());
-    out.distinct = static_cast<int32_t>(std::unique(hashes.begin(), hashes.end()) - hashes.begin());
-    return out;
 }
 
-// N robots make N^2 ordered pairs. In a voxel that n_m robots fill with material m,
-// N^2 - sum over m of n_m^2 pairs differ; N (N - 1) pairs are of distinct robots. Counted exactly,
-// tile by tile, so that the counts stay in a cache.
-double population::hamming(const int32_t* robots, int32_t count) const {
-    if (count < 2) return 0;
+int64_t population::sums_size() const {
+    return grid_.voxels() * LIMAX_MAX_MATERIALS + kinds_of_gene_sums * int64_t(genes());
+}
+
+float population::largest_gene(const int32_t* robots, int32_t count) const {
+    require_set(robots, count);
+    uint32_t bits = 0;
+    if (code_ && genomes_at_.device && !genomes_at_.lent) {
+        bits = on_device_->largest_gene(robots, count);
+    } else if (code_) {
+        const float* const all = genomes();
+        for (int32_t k = 0; k < count; ++k)
+            for (int32_t gene = 0; gene < genes(); ++gene)
+                bits = std::max(bits, magnitude_bits(all[int64_t(robots[k]) * genes() + gene]));
+    }
+    return magnitude_of(bits);
+}
+
+void population::sums(const int32_t* robots, int32_t count, float largest, int64_t* out) const {
+    require_set(robots, count);
+    std::fill_n(out, sums_size(), 0);
+    if (count == 0) return;
+    count_materials(robots, count, out);
+    if (code_ && std::isfinite(largest))
+        sum_genes(robots, count, gene_scale(largest), out + grid_.voxels() * LIMAX_MAX_MATERIALS);
+}
+
+// Tile by tile, so that the counts stay in a cache.
+void population::count_materials(const int32_t* robots, int32_t count, int64_t* counts) const {
     static_assert((LIMAX_MAX_MATERIALS & (LIMAX_MAX_MATERIALS - 1)) == 0);
     constexpr int64_t tile = 1024, materials = LIMAX_MAX_MATERIALS;
-    const int64_t voxels = grid_.voxels(), pairs = int64_t(count) * count;
-    double differing = 0;
+    const int64_t voxels = grid_.voxels();
     if (bodies_on_device()) {
-        std::vector<int64_t> same(static_cast<std::size_t>(voxels));
-        on_device_->count_same(robots, count, same.data());
-        for (const int64_t of_voxel : same) differing += double(pairs - of_voxel);
-        return differing / (double(count) * (count - 1.0) * double(voxels));
+        on_device_->count_materials(robots, count, counts);
+        return;
     }
     const uint8_t* const all = this->voxels();
-    std::vector<int32_t> counts;
     for (int64_t first = 0; first < voxels; first += tile) {
         const int64_t filled = std::min(tile, voxels - first);
-        counts.assign(static_cast<std::size_t>(filled * materials), 0);
         for (int32_t k = 0; k < count; ++k) {
             const uint8_t* voxel = all + robots[k] * voxels + first;
             // A caller may have written other voxels since the check: the mask keeps the index
             // within `counts`.
             for (int64_t v = 0; v < filled; ++v)
-                ++counts[static_cast<std::size_t>(v * materials + (voxel[v] & (materials - 1)))];
-        }
-        for (int64_t v = 0; v < filled; ++v) {
-            int64_t same = 0;
-            for (int64_t m = 0; m < materials; ++m) {
-                const int64_t n = counts[static_cast<std::size_t>(v * materials + m)];
-                same += n * n;
-            }
-            differing += double(pairs - same);
+                ++counts[(first + v) * materials + (voxel[v] & (materials - 1))];
         }
     }
-    return differing / (double(count) * (count - 1.0) * double(voxels));
 }
 
-// Two passes, mean first: a difference of squares would lose the digits of a nearly converged
-// population.
-void population::genotype(const int32_t* robots, int32_t count, limax_diversity& out) const {
-    out.genotype = out.control = std::nan("");
-    if (!code_) return;
-    const auto genes = static_cast<std::size_t>(code_->genes());
-    std::vector<double> square(genes, 0.0);
+void population::sum_genes(const int32_t* robots, int32_t count, double scale, int64_t* out) const {
     if (genomes_at_.device && !genomes_at_.lent) {
-        on_device_->sum_squares(robots, count, square.data());
-    } else {
-        const float* const all = genomes();
-        std::vector<double> mean(genes, 0.0);
-        for (int32_t k = 0; k < count; ++k) {
-            const float* genome = all + std::size_t(robots[k]) * genes;
-            for (std::size_t gene = 0; gene < genes; ++gene) mean[gene] += genome[gene];
-        }
-        for (double& m : mean) m /= count;
-        for (int32_t k = 0; k < count; ++k) {
-            const float* genome = all + std::size_t(robots[k]) * genes;
-            for (std::size_t gene = 0; gene < genes; ++gene) {
-                const double off = genome[gene] - mean[gene];
-                square[gene] += off * off;
-            }
-        }
+        on_device_->sum_genes(robots, count, scale, out);
+        return;
     }
-    const auto mean_deviation = [&](auto begin, auto end) {
-        const double sum = std::accumulate(begin, end, 0.0);
-        const double deviation = std::sqrt(sum / (double(count) * double(end - begin)));
-        // the bits of NaN differ between devices
-        return std::isnan(deviation) ? std::nan("") : deviation;
+    const float* const all = genomes();
+    const int64_t genes = code_->genes();
+    for (int32_t k = 0; k < count; ++k)
+        for (int64_t gene = 0; gene < genes; ++gene) {
+            gene_sums of{out[gene], out[genes + gene], out[2 * genes + gene]};
+            of.add(all[robots[k] * genes + gene], scale);
+            out[gene] = of.steps, out[genes + gene] = of.low, out[2 * genes + gene] = of.high;
+        }
+}
+
+limax_diversity population::diversity_of(const int64_t* sums, float largest, const uint64_t* hashes,
+                                         int32_t count) const {
+    if (count < 1)
+        fail(LIMAX_INVALID_ARGUMENT, format("diversity of %d robots: it needs at least 1", count));
+    limax_diversity out = {};
+    out.robots = count;
+    // N robots make N^2 ordered pairs. In a voxel that n_m robots fill with material m,
+    // N^2 - sum over m of n_m^2 pairs differ; N (N - 1) pairs are of distinct robots.
+    const int64_t voxels = grid_.voxels(), pairs = int64_t(count) * count;
+    double differing = 0;
+    for (int64_t voxel = 0; voxel < voxels; ++voxel) {
+        int64_t same = 0;
+        for (int m = 0; m < LIMAX_MAX_MATERIALS; ++m) {
+            const int64_t n = sums[voxel * LIMAX_MAX_MATERIALS + m];
+            same += n * n;
+            out.material_shares[m] += double(n);
+        }
+        differing += double(pairs - same);
+    }
+    if (count > 1) out.hamming = differing / (double(count) * (count - 1.0) * double(voxels));
+    for (double& share : out.material_shares) share /= double(count) * double(voxels);
+    std::vector<uint64_t> sorted(hashes, hashes + count);
+    std::sort(sorted.begin(), sorted.end());
+    out.distinct = static_cast<int32_t>(std::unique(sorted.begin(), sorted.end()) - sorted.begin());
+
+    // N^2 times the variance of each gene: N sum of squares - square of the sum, exactly.
+    const int64_t* const of_genes = sums + voxels * LIMAX_MAX_MATERIALS;
+    const auto deviation = [&](int64_t begin, int64_t end) {
+        if (begin == end || !std::isfinite(largest)) return std::nan("");
+        double sum = 0;
+        for (int64_t gene = begin; gene < end; ++gene) {
+            const wide steps = of_genes[gene];
+            const wide squares =
+                (wide(of_genes[2 * genes() + gene]) << 32) + of_genes[genes() + gene];
+            sum += double(count * squares - steps * steps);
+        }
+        return std::sqrt(sum / double(end - begin)) / (double(count) * gene_scale(largest));
     };
-    const auto control = square.end() - control_genes();
-    out.genotype = mean_deviation(square.begin(), control);
-    out.control = mean_deviation(control, square.end());
+    out.genotype = deviation(0, genes() - control_genes());
+    out.control = deviation(genes() - control_genes(), genes());
+    return out;
+}
+
+limax_diversity population::diversity(const int32_t* robots, int32_t count) const {
+    const float largest = largest_gene(robots, count);
+    std::vector<int64_t> all(static_cast<std::size_t>(sums_size()));
+    sums(robots, count, largest, all.data());
+    std::vector<uint64_t> hashes;
+    for (int32_t k = 0; k < count; ++k)
+        hashes.push_back(bodies_[std::size_t(robots[k])].hash);
+    return diversity_of(all.data(), largest, hashes.data(), count);
 }
 
 }  // namespace limax

@@ -3,6 +3,7 @@
 #include "genome/population.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "base/fields.h"
 #include "genome/breeding.h"
@@ -167,6 +168,11 @@ void population::require_genomes() const {
              "this population was made without an encoding: it has no genomes");
 }
 
+void population::number(int32_t before) {
+    require_range("before", before, 0, std::numeric_limits<int32_t>::max() - count_, "");
+    before_ = before;
+}
+
 void population::forget(int32_t first, int32_t count) {
     require_robots(first, count);
     for (int32_t robot = first; robot < first + count; ++robot)
@@ -199,7 +205,7 @@ void population::initialize(uint32_t generation, int32_t first, int32_t count,
     const int32_t genome_size = genes();
     if (on_device_) {
         if (!whole(first, count)) genomes_to_device();
-        on_device_->initialize(generation, first, count);
+        on_device_->initialize(generation, before_, first, count);
         genomes_at_ = {.device = true};
         forget(first, count);
         return;
@@ -210,7 +216,7 @@ void population::initialize(uint32_t generation, int32_t first, int32_t count,
     each(count, [&](int index) {
         const int32_t robot = first + index;
         const random_key key{options.seed, options.repetition, LIMAX_STREAM_INITIAL, generation,
-                             static_cast<uint32_t>(robot)};
+                             static_cast<uint32_t>(before_ + robot)};
         float* genome = genomes_.data() + int64_t(robot) * genome_size;
         for (int32_t gene = 0; gene < genome_size; ++gene)
             genome[gene] = initial_gene(shape, deviation, key, gene);
@@ -342,7 +348,8 @@ void population::breed(const population& parents, const int32_t* pairs,
     if (on_device_ && parents.on_device_) {
         parents.genomes_to_device();
         if (!whole(first, count)) genomes_to_device();
-        on_device_->breed(*parents.on_device_, pairs + 2 * int64_t(first), breeding, first, count);
+        on_device_->breed(*parents.on_device_, pairs + 2 * int64_t(first), breeding, before_, first,
+                          count);
         genomes_at_ = {.device = true};
         forget(first, count);
         return;
@@ -358,7 +365,7 @@ void population::breed(const population& parents, const int32_t* pairs,
     each(count, [&](int index) {
         const int32_t child = first + index;
         const random_key key{breeding.seed, breeding.repetition, LIMAX_STREAM_BREEDING,
-                             breeding.generation, static_cast<uint32_t>(child)};
+                             breeding.generation, static_cast<uint32_t>(before_ + child)};
         const int64_t one = pairs[2 * int64_t(child)], other = pairs[2 * int64_t(child) + 1];
         const float* of_first = of_parents + one * genome_size;
         const float* of_second = of_parents + other * genome_size;

@@ -32,6 +32,8 @@ public:
     population(const int32_t size[3], int32_t count, std::shared_ptr<const encoding> code);
 
     int32_t count() const { return count_; }
+    // As limax_population_number.
+    void number(int32_t before);
     const lattice& grid() const { return grid_; }
     const std::shared_ptr<const encoding>& code() const { return code_; }
     int32_t genes() const { return code_ ? code_->genes() : 0; }
@@ -84,6 +86,13 @@ public:
 
     // The diversity of the `count` robots listed, whose bodies must be known. Linear in `count`.
     limax_diversity diversity(const int32_t* robots, int32_t count) const;
+    // The same in parts, as limax_population_largest_gene, limax_population_sums and
+    // limax_population_diversity_of.
+    float largest_gene(const int32_t* robots, int32_t count) const;
+    int64_t sums_size() const;
+    void sums(const int32_t* robots, int32_t count, float largest, int64_t* out) const;
+    limax_diversity diversity_of(const int64_t* sums, float largest, const uint64_t* hashes,
+                                 int32_t count) const;
 
 private:
     // Where the current values of an array are; they are all 0 if neither has them.
@@ -96,8 +105,9 @@ private:
     void require_genomes() const;
     void judge(const material_table& materials, bool require_muscle, int32_t robot);
     void describe(const material_table& materials, bool require_muscle, int32_t robot);
-    double hamming(const int32_t* robots, int32_t count) const;
-    void genotype(const int32_t* robots, int32_t count, limax_diversity& out) const;
+    void require_set(const int32_t* robots, int32_t count) const;
+    void count_materials(const int32_t* robots, int32_t count, int64_t* counts) const;
+    void sum_genes(const int32_t* robots, int32_t count, double scale, int64_t* out) const;
 
     void genomes_to_host() const;
     void bodies_to_host() const;
@@ -107,6 +117,7 @@ private:
 
     lattice grid_;
     int32_t count_;
+    int32_t before_ = 0;
     std::shared_ptr<const encoding> code_;
     array<limax_body> bodies_;
 

@@ -16,7 +16,7 @@ set(LIMAX_CUDA_ARCHITECTURES "" CACHE STRING
 set(LIMAX_LAW_TEXTS
     base/portable.h base/math.h base/random.h
     body/lattice.h body/body_laws.h body/spring_laws.h
-    genome/network.h genome/breeding.h
+    genome/network.h genome/breeding.h genome/gene_sums.h
     physics/integrator.h physics/bound.h physics/body_frame.h physics/drive.h physics/sensors.h physics/held.h physics/origin.h physics/rigid_body.h physics/separation.h physics/solid.h physics/solid_edges.h physics/solid_pairs.h physics/summary.h
     physics/scripted/operations.h)
 set(LIMAX_LAW_FOLDERS physics/effects backend/cuda/kernels)

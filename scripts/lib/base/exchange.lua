@@ -55,6 +55,16 @@ function exchange.first(make)
   return exchange.is_first and value or list[1]
 end
 
+--- Adds up the values of all ranks, int64_t[count], in place.
+function exchange.sum(values, count)
+  exchange.all(true) -- an error of a rank ends all here, and not within the sum
+  ranks.sum(values, count)
+end
+
+--- Sends items to each rank and receives some from each, as ranks.trade. All ranks must call it
+--- after the same exchange, with nothing in between that may fail.
+function exchange.trade(...) ranks.trade(...) end
+
 --- Keeps a warning of this rank for the next `take_warnings`; rank 0 shows it.
 function exchange.warn(text, key) warnings[#warnings + 1] = { text = text, key = key } end
 

@@ -62,6 +62,30 @@ function ranks.gather(text)
   return list
 end
 
+-- Waits for what was begun with this memory.
+local function complete(...)
+  in_flight = { ... }
+  wait(LONGEST_WAIT)
+  in_flight = nil
+end
+
+--- Adds up the values of all ranks in place: int64_t[count].
+function ranks.sum(values, count)
+  if ranks.count == 1 then return end
+  ffi.C.limax_ranks_sum(values, count)
+  complete(values)
+end
+
+--- Sends items to each rank and receives some from each. Both lists of counts are by rank, from 1,
+--- and agree between ranks; both memories hold the items in the order of the ranks.
+---@param bytes integer of an item
+function ranks.trade(out, sent, into, received, bytes)
+  local function counts(list) return ffi.new("int[?]", ranks.count, list) end
+  local a, b = counts(sent), counts(received)
+  ffi.C.limax_ranks_trade(out, a, into, b, bytes)
+  complete(out, a, into, b)
+end
+
 --- Does this rank report that the run ended early? Rank 0 does, or rank 1 where rank 0 is lost.
 function ranks.reports()
   return ranks.count == 1 or ffi.C.limax_ranks_reports() == 1
@@ -84,6 +108,9 @@ local function start()
     int limax_ranks_start(int* own, int* count);
     void limax_ranks_gather_sizes(const int64_t* own, int64_t* sizes);
     void limax_ranks_gather(const char* text, const int64_t* sizes, char* all);
+    void limax_ranks_sum(int64_t* values, int count);
+    void limax_ranks_trade(const void* out, const int* sent, void* in, const int* received,
+      int bytes);
     int limax_ranks_done(void);
     int limax_ranks_reports(void);
     void limax_ranks_finish(void);

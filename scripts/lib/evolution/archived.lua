@@ -4,11 +4,11 @@
 
 local ffi = require "ffi"
 
+local division = require "limax.evolution.division"
 local engine = require "limax.engine"
 local rows = require "limax.robot.rows"
 local rows_file = require "limax.robot.rows_file"
 local source = require "limax.base.source"
-local view = require "limax.engine.view"
 
 ---@class limax.archived
 ---@field rows limax.archive.row[] each with its robot and genome
@@ -81,11 +81,15 @@ function archived.enter(before, robots)
   local random = engine.random(world.config.seed, robots.repetition, "selection",
     robots.generation, INDIVIDUAL)
   local entered, leaving = definition.choose(before.rows, before.place, candidates, random)
+  local list = {}
+  for k, row in ipairs(entered) do list[k] = row.index end
+  local genomes, genes = division.genomes(robots, list), robots.own.genes
   for k, row in ipairs(entered) do
     local robot = robots.rows[row.index]
     robot.entered, robot.cell = k, row.cell
     row[ROBOT] = rows.single(robot)
-    row[GENOME] = view.memory(robots.engine:genome_copy(row.index))
+    row[GENOME] = ffi.new("float[?]", genes)
+    ffi.copy(row[GENOME], genomes + (k - 1) * genes, genes * ffi.sizeof "float")
   end
   return changed(before, entered, leaving, ranges_with(before.ranges, robots.rows))
 end

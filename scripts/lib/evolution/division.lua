@@ -1,78 +1,306 @@
---- division.lua: a generation on several ranks of mpirun. All have all robots; each simulates and
---- scores a slice of those without a score, and gets the results of the others. Each breeds the
---- whole generation. The next exchange detects a rank that computes something else.
+--- division.lua: a generation on several ranks of mpirun. Every rank has the rows of all robots; it
+--- breeds, expresses, simulates and scores its own share of them, and has only their genomes and
+--- bodies. Rows travel to all after each score, genomes only to the ranks that breed from them.
+--- Without mpirun the share is the whole generation.
 
 local ffi = require "ffi"
 
+local bodies = require "limax.engine.bodies"
 local engine_population = require "limax.engine.population"
 local exchange = require "limax.base.exchange"
 local failure = require "limax.base.failure"
+local genes = require "limax.experiment.genes"
 local host = require "limax.host"
 local rows_file = require "limax.robot.rows_file"
 local state = require "limax.run.state"
 
 local division = {}
 
--- Robots of each generation whose genomes and bodies are compared: the last, which are offspring,
--- and others in the next generations.
-local COMPARED = 256
+-- ---- shares -------------------------------------------------------------------------------------
 
--- Divides the robots of a mask into equal parts: a list of indices per rank, in order.
-local function divide(mask)
-  local list, slices, count = {}, {}, exchange.count
-  for i = 1, #mask do
-    if mask[i] then list[#list + 1] = i end
+---@class limax.share the robots that a rank has, in order: some of the elites, some of the others
+---@field count integer
+---@field elites integer how many of them are elites
+---@field before integer number in the generation of an own robot that is no elite, less that here
+local Share = {}
+Share.__index = Share
+
+-- The robots of part `rank` of so many: those after the first, up to the second number.
+local function part(count, rank)
+  return math.floor(count * rank / exchange.count), math.floor(count * (rank + 1) / exchange.count)
+end
+
+--- The share of a rank, this one if left out.
+---@param total integer robots of the generation
+---@param elites integer the first of these, of which some may need no simulation
+---@param rank? integer from 0
+---@return limax.share
+function division.share(total, elites, rank)
+  rank = rank or exchange.index
+  local first, last = part(elites, rank)
+  local others, last_other = part(total - elites, rank)
+  return setmetatable({ count = last - first + last_other - others, elites = last - first,
+    first_elite = first, before = elites + others - (last - first), total = total,
+    all_elites = elites }, Share)
+end
+
+--- The place of a robot in this share; nil of another rank's.
+---@param i integer its number in the generation
+function Share:at(i)
+  local k = i - self.before
+  if i <= self.all_elites then
+    k = i - self.first_elite
+    return k >= 1 and k <= self.elites and k or nil
   end
-  for r = 1, count do
-    local first = math.floor(#list * (r - 1) / count)
-    slices[r] = {}
-    for k = first + 1, math.floor(#list * r / count) do slices[r][k - first] = list[k] end
+  return k > self.elites and k <= self.count and k or nil
+end
+
+--- The number in the generation of robot k of this share.
+function Share:number(k) return k <= self.elites and k + self.first_elite or k + self.before end
+
+-- The rank, from 0, that has a robot.
+local function owner(share, i)
+  local first, count = 0, share.all_elites
+  if i > count then first, count = count, share.total - count end
+  return math.ceil((i - first) * exchange.count / count) - 1
+end
+
+--- Refuses more ranks than a generation can be divided among.
+function division.check(population)
+  if population >= 2 * exchange.count then return end
+  failure.raise(2, ("population = %d: %d ranks of mpirun are too many, each needs two robots; start"
+    .. " at most %d"):format(population, exchange.count, math.floor(population / 2)))
+end
+
+-- ---- genomes of other ranks ---------------------------------------------------------------------
+
+-- Does this rank run a function that all run at the same time, with the same arguments?
+local in_common = false
+
+--- Begins or ends functions that all ranks call with the same arguments: they may read any robot.
+function division.set_common(value) in_common = value end
+
+-- All genomes of this rank, float[count * genes].
+local function own_genomes(robots)
+  local own = robots.own
+  local memory = ffi.new("float[?]", own.count * own.genes)
+  engine_population.copy_genomes(own, memory)
+  return memory
+end
+
+--- The genomes of some robots. Collective, where there are several ranks.
+---@param list integer[] the same on all
+---@return ffi.cdata* float[#list * genes]
+function division.genomes(robots, list)
+  local own, own_list, count = robots.own, {}, robots.own.genes
+  local memory = ffi.new("float[?]", math.max(1, #list * count))
+  local size = count * ffi.sizeof "float"
+  for _, i in ipairs(list) do
+    local k = robots.share:at(i)
+    if k then
+      engine_population.copy_genomes(own, memory + #own_list * count, k - 1, 1)
+      own_list[#own_list + 1] = k
+    end
   end
-  return slices
+  if exchange.count == 1 then return memory end
+  local all, taken = exchange.all(ffi.string(memory, #own_list * size)), {}
+  for k, i in ipairs(list) do
+    local from = owner(robots.share, i) + 1
+    local place = taken[from] or 0
+    ffi.copy(memory + (k - 1) * count, all[from]:sub(place + 1, place + size), size)
+    taken[from] = place + size
+  end
+  return memory
 end
 
---- The robots of a mask that this rank simulates.
-function division.own(robots, mask)
-  robots.slices = robots.slices or divide(mask)
-  local own = {}
-  for i = 1, #mask do own[i] = false end
-  for _, i in ipairs(robots.slices[exchange.index + 1]) do own[i] = true end
-  return own
+--- Keeps bodies and genomes of some robots on all ranks, beside the own ones. Collective.
+---@param list integer[] the same on all ranks
+function division.fetch(robots, list)
+  if not robots.world.is_divided or #list == 0 then return end
+  local fetched = { engine = robots.world:empty(#list), at = {} }
+  fetched.engine:set_genomes(division.genomes(robots, list))
+  genes.express(robots.world:rules(robots), fetched.engine)
+  for k, i in ipairs(list) do fetched.at[i] = k end
+  robots.fetched = fetched
 end
 
--- Hashes of the genomes and bodies that each rank made, in the order in which they were made.
-local function fingerprint(robots)
-  local made, count = robots.engine, math.min(#robots, COMPARED)
-  local others = #robots - count
-  local first = others - robots.generation * COMPARED % (others + 1)
-  local memory = ffi.new("float[?]", count * made.genes)
-  engine_population.copy_genomes(made, memory, first, count)
-  local numbers, all = {}, robots.rows.data
-  local parents, bodies = ffi.new("int64_t[?][2]", #robots), ffi.new("uint64_t[?]", count)
-  for name, value in pairs(robots.parameters) do numbers[name] = ("%.17g"):format(value) end
-  for i = 0, #robots - 1 do parents[i] = all[i].parents end
-  for k = 0, count - 1 do bodies[k] = all[first + k].body.hash end
-  local function hash(values) return host.xxh3(ffi.string(values, ffi.sizeof(values))) end
-  return { { "parameters", host.xxh3(host.json.encode(numbers)) }, { "parents", hash(parents) },
-    { "genomes", hash(memory) }, { "bodies", hash(bodies) },
-    { "state", robots.before.state and state.encode(robots.before.state) } }
+-- The engine's population that has all these robots, and the places there; nil if none has.
+local function found(robots, list, from, place_of)
+  local at = {}
+  for _, i in ipairs(list) do
+    at[i] = place_of(i)
+    if not at[i] then return nil end
+  end
+  return from, at
 end
+
+--- Where the bodies and genomes of some robots are: a population of the engine, and the place of
+--- each. A function that only one rank calls reads robots of others from the run folder.
+---@param list integer[]
+---@return limax.population|nil
+---@return table<integer, integer>|nil at [number in the generation]
+function division.reach(robots, list)
+  local own, share, fetched = rawget(robots, "own"), robots.share, rawget(robots, "fetched")
+  -- all ranks must take part, or none
+  if own and not (in_common and exchange.count > 1) then
+    local from, at = found(robots, list, own, function(i) return share:at(i) end)
+    if from then return from, at end
+  end
+  if fetched then
+    local from, at = found(robots, list, fetched.engine, function(i) return fetched.at[i] end)
+    if from then return from, at end
+  end
+  if own and in_common then
+    division.fetch(robots, list)
+    return robots.fetched.engine, robots.fetched.at
+  end
+  return found(robots, list, robots.engine, function(i) return i end)
+end
+
+--- The same of one robot.
+---@return limax.population|nil
+---@return integer|nil place
+function division.place(robots, i)
+  local from, at = division.reach(robots, { i })
+  return from, at and at[i]
+end
+
+--- The genomes of all robots on rank 0, in order; nil on the others. Collective.
+---@return ffi.cdata*|nil float[robots * genes]
+function division.all_genomes(robots)
+  local own, share = own_genomes(robots), robots.share
+  if exchange.count == 1 then return own end
+  exchange.all(true) -- an error of a rank ends all here, and not within what follows
+  local count = robots.own.genes
+  local all = exchange.is_first and ffi.new("float[?]", share.total * count) or nil
+  local function send(from, number, into, of_part)
+    local sent, received = {}, {}
+    for r = 1, exchange.count do
+      local first, last = part(of_part, r - 1)
+      sent[r], received[r] = r == 1 and number or 0, exchange.is_first and last - first or 0
+    end
+    exchange.trade(from, sent, into, received, count * ffi.sizeof "float")
+  end
+  send(own, share.elites, all, share.all_elites)
+  send(own + share.elites * count, share.count - share.elites, all and all
+    + share.all_elites * count, share.total - share.all_elites)
+  return all
+end
+
+--- Gives each rank the genomes of its share, which rank 0 has. Collective.
+---@param all string|nil float[robots * genes] of rank 0
+---@return ffi.cdata*|string float[count * genes]
+function division.deal(share, all, count)
+  if exchange.count == 1 then return all end
+  local into = ffi.new("float[?]", share.count * count)
+  local sent, received = {}, {}
+  for r = 1, exchange.count do
+    sent[r] = exchange.is_first and division.share(share.total, share.all_elites, r - 1).count or 0
+    received[r] = r == 1 and share.count or 0
+  end
+  exchange.trade(all, sent, into, received, count * ffi.sizeof "float")
+  return into
+end
+
+-- ---- parents ------------------------------------------------------------------------------------
 
 local REASON = "; its functions may depend only on their arguments, not on a clock, a file, or"
   .. " variables of the script"
 
--- Raises if ranks made different robots.
-local function compare_made(robots, messages)
-  for r = 2, #messages do
-    for k, part in ipairs(messages[1].made) do
-      if messages[r].made[k][2] ~= part[2] then
+-- Raises if ranks chose different parents, or have another state.
+local function compare(generation, messages)
+  for _, what in ipairs { "parents", "state" } do
+    for r = 2, #messages do
+      if messages[r][what] ~= messages[1][what] then
         failure.raise(1, ("generation %d: the %s of ranks 0 and %d differ: a function of the"
-          .. " experiment gave them different results%s"):format(robots.generation, part[1], r - 1,
-          REASON))
+          .. " experiment gave them different results%s"):format(generation, what, r - 1, REASON))
       end
     end
   end
 end
+
+--- The genomes of the robots from which this rank breeds. Collective.
+---@param sources integer[] numbers of the generation, which are sorted here by rank
+---@param chosen string digest of all that survival and selection chose
+---@return ffi.cdata* float[#sources * genes] in their order
+function division.parents(robots, sources, chosen)
+  if exchange.count == 1 then return division.genomes(robots, sources) end
+  local share, own_state = robots.share, rawget(robots, "state")
+  table.sort(sources, function(a, b)
+    local of_a, of_b = owner(share, a), owner(share, b)
+    if of_a ~= of_b then return of_a < of_b end
+    return a < b
+  end)
+  local wanted, received = ffi.new("int32_t[?]", math.max(1, #sources), sources), {}
+  for r = 1, exchange.count do received[r] = 0 end
+  for _, i in ipairs(sources) do
+    local from = owner(share, i) + 1
+    received[from] = received[from] + 1
+  end
+  local messages = exchange.all { parents = chosen, state = own_state and state.encode(own_state),
+    counts = received, wanted = ffi.string(wanted, 4 * #sources) }
+  compare(robots.generation + 1, messages)
+  local own, count, sent, total = own_genomes(robots), robots.own.genes, {}, 0
+  for r, message in ipairs(messages) do
+    sent[r] = message.counts[exchange.index + 1]
+    total = total + sent[r]
+  end
+  local out, size = ffi.new("float[?]", math.max(1, total * count)), count * ffi.sizeof "float"
+  local filled = 0
+  for r, message in ipairs(messages) do
+    local list, first = ffi.cast("const int32_t *", message.wanted), 0
+    for other = 1, exchange.index do first = first + message.counts[other] end
+    for k = first, first + sent[r] - 1 do
+      ffi.copy(out + filled * count, own + (share:at(list[k]) - 1) * count, size)
+      filled = filled + 1
+    end
+  end
+  local into = ffi.new("float[?]", math.max(1, #sources * count))
+  exchange.trade(out, sent, into, received, size)
+  return into
+end
+
+-- ---- diversity ----------------------------------------------------------------------------------
+
+--- The engine's diversity of sets of robots, whose parts ranks add up. Collective.
+---@param sets integer[][] of robots, at least one in each
+---@return limax.diversity[]
+function division.diversity(robots, sets)
+  local own, result, lists, largest = robots.own, {}, {}, {}
+  for n, set in ipairs(sets) do
+    lists[n] = {}
+    for _, i in ipairs(set) do
+      lists[n][#lists[n] + 1] = robots.share:at(i)
+    end
+    if exchange.count == 1 then result[n] = own:diversity(lists[n])
+    else largest[n] = bodies.largest_gene(own, lists[n]) end
+  end
+  if exchange.count == 1 then return result end
+  for _, others in ipairs(exchange.all(largest)) do
+    -- also infinity; that of NaN is larger than all
+    for n, value in ipairs(others) do
+      if not (value <= largest[n]) then largest[n] = value end
+    end
+  end
+  for n, set in ipairs(sets) do
+    local sums, size = bodies.sums(own, lists[n], largest[n])
+    exchange.sum(sums, size)
+    local hashes = ffi.new("uint64_t[?]", #set)
+    for k, i in ipairs(set) do hashes[k - 1] = robots.rows.data[i - 1].body.hash end
+    result[n] = bodies.diversity_of(own, sums, largest[n], hashes, #set)
+  end
+  return result
+end
+
+--- The same of one set, for a script.
+function division.diversity_of(robots, set)
+  if rawget(robots, "own") and (in_common or exchange.count == 1) then
+    return division.diversity(robots, { set })[1]
+  end
+  return robots.engine and robots.engine:diversity(set)
+end
+
+-- ---- rows ---------------------------------------------------------------------------------------
 
 -- Raises if functions that score robots wrote to the state, which other ranks do not receive.
 local function check_state(robots, own_state)
@@ -84,20 +312,24 @@ local function check_state(robots, own_state)
   end
 end
 
--- Copies the robots that another rank scored into this generation.
-local function take(robots, slice, bytes)
-  if not slice[1] then return end
-  local sent, message = rows_file.read(bytes, robots.rows.materials)
-  if not sent then failure.raise(1, "a rank sent robots that cannot be read: it " .. message) end
-  local all = robots.rows.data
-  for k, i in ipairs(slice) do
-    local one, own = sent.data[k - 1], all[i - 1]
-    if one.id ~= own.id or one.body.hash ~= own.body.hash then
-      failure.raise(1, ("generation %d: the bodies of ranks differ"):format(robots.generation)
-        .. REASON)
-    end
+-- The robots that a rank simulated.
+local function simulated(robots, rank)
+  local list, share = {}, division.share(robots.share.total, robots.share.all_elites, rank)
+  for k = 1, share.count do
+    local i = share:number(k)
+    if robots.unscored[i] then list[#list + 1] = i end
   end
-  rows_file.take(robots.rows, slice, sent)
+  return list
+end
+
+-- Copies the robots that another rank scored into this generation.
+local function take(robots, list, bytes)
+  if not list[1] then return end
+  local sent, message = rows_file.read(bytes, robots.rows.materials)
+  if not sent or sent.count ~= #list then
+    failure.raise(1, "a rank sent robots that cannot be read: " .. (message or "not all"))
+  end
+  rows_file.take(robots.rows, list, sent)
 end
 
 --- Sends the robots that this rank scored to all others, and receives theirs.
@@ -105,20 +337,21 @@ end
 ---@param failures scoring.failure[] of the robots that were scored here
 ---@param own_state table|nil that the functions that score may have written to
 function division.exchange(robots, failures, own_state)
-  if not robots.slices then return failures end
+  if not robots.unscored then return failures end
   check_state(robots, own_state)
-  local all, slices, r = robots.rows, robots.slices, exchange.index + 1
   local began = host.clock()
-  local messages = exchange.all { made = fingerprint(robots), failures = failures,
-    warnings = exchange.take_warnings(), robots = rows_file.pack(all, slices[r]) }
+  local messages = exchange.all { failures = failures, warnings = exchange.take_warnings(),
+    robots = rows_file.pack(robots.rows, simulated(robots, exchange.index)) }
   robots.timing.ranks = host.clock() - began
-  compare_made(robots, messages)
   local failed = {}
   for k, message in ipairs(messages) do
-    if k ~= r then take(robots, slices[k], message.robots) end
+    if k ~= exchange.index + 1 then take(robots, simulated(robots, k - 1), message.robots) end
     for _, each in ipairs(message.failures) do failed[#failed + 1] = each end
     for _, each in ipairs(message.warnings) do robots.world.say(each.text, each.key) end
   end
+  robots.unscored = nil
+  -- in the order of the robots, whoever scored them
+  table.sort(failed, function(a, b) return a.index < b.index end)
   return failed
 end
 

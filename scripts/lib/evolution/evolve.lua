@@ -5,6 +5,7 @@
 
 local archived = require "limax.evolution.archived"
 local budget = require "limax.experiment.budget"
+local division = require "limax.evolution.division"
 local exchange = require "limax.base.exchange"
 local experiments = require "limax.experiment.experiment"
 local failure = require "limax.base.failure"
@@ -29,10 +30,11 @@ local evolve = {}
 -- writes the last generation.
 local function express(run, robots)
   local began = host.clock()
-  genes.express(run.world:rules(robots), robots.engine)
+  genes.express(run.world:rules(robots), robots.own)
   -- an own loop may still change bodies
   if run.ahead then run.ahead(robots) end
-  rows.describe(robots.rows, robots.engine, robots.materials)
+  rows.describe(robots.rows, robots.own, robots.materials,
+    function(k) return robots.share:number(k) end)
   robots.timing.express = host.clock() - began - robots.timing.simulate
   return robots
 end
@@ -41,16 +43,22 @@ end
 ---@return limax.population.scored
 function evolve.first(run)
   -- rank 0 reads it for all
-  local kept = exchange.first(function() return record.kept(run) end)
-  if kept then return record.restore(run, kept) end
+  local genomes
+  local kept = exchange.first(function()
+    local robots
+    robots, genomes = record.kept(run)
+    return robots
+  end)
+  if kept then return record.restore(run, kept, genomes) end
   local world, began = run.world, host.clock()
+  local share = division.share(world.config.population, 0)
   local robots = generations.new(world, { generation = 0, rows = mating.initial(world),
-    engine = world:empty(), materials = world.first_materials,
+    share = share, own = world:empty_share(share), materials = world.first_materials,
     parameters = world.config.breeding, before = { state = world:first_state() },
     decided = { ledger = { supervisor = (run.session or world.experiment.supervisor).name,
       entries = host.json.array {} } } })
   genes.initialize(world:rules { materials = robots.materials, parameters = robots.parameters,
-    state = robots.before.state }, robots.engine, nil, 0)
+    state = robots.before.state, share = share }, robots.own, nil, 0)
   robots.timing.supervise, robots.timing.breed = 0, host.clock() - began
   return generations.check_bodies(express(run, robots))
 end
@@ -115,7 +123,8 @@ end
 function evolve.next(run, robots)
   local is_restored = robots.entry ~= nil
   evolve.record(run, robots)
-  if run.session then record.write(run, robots) end -- on disk before a model is asked
+  -- on disk before a model is asked, and before rank 0 reads robots of others
+  if run.session or run.world.is_divided then record.write(run, robots) end
   local upcoming
   -- written while a GPU steps the next one, and also after an error of breeding
   failure.finally(function() record.write(run, robots) end,

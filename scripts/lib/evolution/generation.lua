@@ -29,7 +29,10 @@ local strict = require "limax.engine.strict"
 ---@field generation integer 0, 1, ...
 ---@field repetition integer 1, 2, ...
 ---@field parameters table<string, number> that it was bred with
----@field engine limax.population genomes and bodies
+---@field engine limax.population genomes and bodies; on several ranks, and of old generations, it is
+--- read from the run folder
+---@field own limax.population|nil genomes and bodies of this rank's share, as they were made
+---@field share limax.share the robots of this rank
 ---@field materials limax.materials that it is made of
 ---@field rows limax.row[] one per robot, with its fields
 ---@field trials limax.trial[] in which its robots are simulated
@@ -52,15 +55,16 @@ for name in ([[ranked generation repetition parameters engine materials rows tri
     evaluations timing island state]]):gmatch "%S+" do
   FIELDS[name] = true
 end
-for name in ([[world before decided going simulations traces slices scored_with scored_by outdated
-    state_text remembered choice entry line places parents stored waits]]):gmatch "%S+" do
+for name in ([[world before decided going simulations traces unscored scored_with scored_by outdated
+    state_text remembered choice entry line places parents stored waits own share fetched genomes
+    diversity]]):gmatch "%S+" do
   OF_LOOP[name] = true
 end
 
 function class.__index(robots, key)
   local method = Population[key]
   if key == "engine" and rawget(robots, "stored") then
-    -- an old generation's genomes and bodies are read when one of its robots needs them
+    -- genomes and bodies of old generations, and of other ranks, are read when they are needed
     rawset(robots, "engine", robots.stored:engine_of(robots))
     return rawget(robots, "engine")
   end
@@ -88,10 +92,12 @@ function generation.free(simulations, why)
 end
 
 --- Makes a generation from its fields: those of limax.population.scored, `before` and `decided`.
----@param fields table
+---@param fields table with `own`, or without genomes
 ---@return limax.population.scored
 function generation.new(world, fields)
   local robots = setmetatable(fields, class)
+  robots.share = robots.share or division.share(robots.rows.count, 0)
+  if robots.own and not world.is_divided then robots.engine = robots.own end
   robots.world, robots.simulations, robots.repetition = world, {}, world.repetition
   robots.before = robots.before or {}
   robots.trials = world.trials(robots.generation)
@@ -116,10 +122,11 @@ end
 ---@param robots limax.population.scored
 ---@return limax.population.scored robots
 function generation.check_bodies(robots)
-  for i = 1, #robots do
+  for k = 1, robots.share.count do
+    local i = robots.share:number(k)
     if (robots.rows.data[i - 1].body.voxels > 0) ~= (i == 1) then return robots end
   end
-  if robots[2] then
+  if robots.share:at(1) and robots[2] then
     robots.world.say("genome.encoding: robot 2 and all that follow are empty: does express visit"
       .. " every robot, for _, i in ipairs(robots) do?")
   end
@@ -133,18 +140,18 @@ local function prefix_of(robots, trial)
   return robots.world.config.trials and ("trials[%d]: "):format(trial) or ""
 end
 
--- Makes a simulation of some robots for each trial.
-local function simulations_of(robots, mask, materials, options)
+-- Makes a simulation of some robots of an engine's population for each trial.
+local function simulations_of(robots, population, mask, materials, options)
   local list = {}
   for k, trial in ipairs(robots.trials) do
-    list[k] = engine.simulation(robots.engine, trial.engine_materials or materials,
+    list[k] = engine.simulation(population, trial.engine_materials or materials,
       trial.engine_scene, options and options[k] or trial.options, robots.world.device, mask)
     local found = list[k]:overlap()
     if found then
       robots.world.say(("%sgeneration %d: %s"):format(prefix_of(robots, k), robots.generation,
         plausible.overlap(found)), prefix_of(robots, k) .. found.obstacle)
     end
-    for _, note in ipairs(bound_check.notes(robots.engine, mask,
+    for _, note in ipairs(bound_check.notes(population, mask,
       trial.engine_materials or materials, trial.engine_scene, trial.options)) do
       robots.world.say(prefix_of(robots, k) .. note)
     end
@@ -154,12 +161,13 @@ end
 
 -- Warns once if a trial's drive is too fast for the time steps of the robots, or its controller
 -- shortens them.
-local function check_drive(robots, mask)
+local function check_drive(robots, which)
   for k, trial in ipairs(robots.trials) do
     local longest, slowest = 0, nil
-    for i, row in ipairs(robots.rows) do
+    for _, i in ipairs(which) do
       -- that of an invalid body is not a number
-      local step = mask[i] and rows.outcomes(row)[k].time_step or 0
+      local row = robots.rows[i]
+      local step = rows.outcomes(row)[k].time_step
       if step > longest then longest, slowest = step, rows.outcomes(row)[k] end
     end
     local short = slowest and control_notes.short_steps(trial.scene, trial.options, slowest)
@@ -171,9 +179,10 @@ local function check_drive(robots, mask)
 end
 
 -- Warns once, if a robot diverged, about forces whose stated bounds the time step relies on.
-local function check_forces(robots, mask)
-  for i, row in ipairs(robots.rows) do
-    if mask[i] and row.status == "diverged" then
+local function check_forces(robots, which)
+  for _, i in ipairs(which) do
+    local row = robots.rows[i]
+    if row.status == "diverged" then
       for k, trial in ipairs(robots.trials) do
         for name, effect in pairs(trial.scene) do
           if effect.force and effect.bound then
@@ -189,15 +198,30 @@ local function check_forces(robots, mask)
   end
 end
 
--- Finds the robots to simulate here: those without a status (elites keep theirs), without those of
--- other ranks. Returns also the number of robots without a status on all ranks.
-local function unsimulated(robots)
-  local mask, count = {}, 0
-  for i, row in ipairs(robots.rows) do
-    mask[i] = row.status == nil
-    if mask[i] then count = count + 1 end
+-- A mask of the engine's robots, and the places there of the robots of a list, by number.
+local function masked(count, list, place_of)
+  local mask, at = {}, {}
+  for k = 1, count do mask[k] = false end
+  for _, i in ipairs(list) do
+    at[i] = place_of(i)
+    mask[at[i]] = true
   end
-  return robots.world.is_divided and count > 0 and division.own(robots, mask) or mask, count
+  return mask, at
+end
+
+-- Finds the robots to simulate here: those of this rank without a status (elites keep theirs).
+-- Returns also the number of robots without a status on all ranks.
+local function unsimulated(robots)
+  local which, count, all = {}, 0, {}
+  for i, row in ipairs(robots.rows) do
+    all[i] = row.status == nil
+    if all[i] then
+      count = count + 1
+      if robots.share:at(i) then which[#which + 1] = i end
+    end
+  end
+  if robots.world.is_divided and count > 0 then robots.unscored = all end
+  return which, count
 end
 
 --- Begins to simulate a generation as it is now, or goes on; a GPU steps it while the host does
@@ -205,11 +229,13 @@ end
 function generation.begin(robots)
   local began = host.clock()
   if not robots.going then
-    local mask, count = unsimulated(robots)
     -- robots that other ranks simulated have their status from there
-    if count == 0 or robots.world.is_divided and robots.traces then return end
-    robots.going = { mask = mask, count = count,
-      steps = steps.new(simulations_of(robots, mask, robots.materials)) }
+    if robots.world.is_divided and robots.traces then return end
+    local which, count = unsimulated(robots)
+    if count == 0 then return end
+    local mask, at = masked(robots.own.count, which, function(i) return robots.share:at(i) end)
+    robots.going = { which = which, at = at, count = count,
+      steps = steps.new(simulations_of(robots, robots.own, mask, robots.materials)) }
   end
   robots.going.steps:begin()
   robots.timing.simulate = robots.timing.simulate + host.clock() - began
@@ -235,15 +261,13 @@ end
 -- Ends the simulations of a generation and sets the outcomes of its robots.
 local function settle(robots)
   local going = robots.going
-  rows.settle(robots.rows, going.steps.all, going.mask)
+  rows.settle(robots.rows, going.steps.all, going.at)
   robots.going, robots.traces = nil, robots.traces or {}
-  for i = 1, #robots do
-    if going.mask[i] then robots.traces[i] = going.steps.all end
-  end
+  for _, i in ipairs(going.which) do robots.traces[i] = going.steps.all end
   for _, simulation in ipairs(going.steps.all) do table.insert(robots.simulations, simulation) end
   robots.evaluations = robots.evaluations + going.count
-  check_drive(robots, going.mask)
-  check_forces(robots, going.mask)
+  check_drive(robots, going.which)
+  check_forces(robots, going.which)
 end
 
 --- Simulates a generation for a slice of wall time.
@@ -276,10 +300,10 @@ end
 
 -- Makes simulations of some robots that are ready to be stepped. If there is not enough memory
 -- beside other repetitions, these begin again later.
-local function prepared(robots, mask, materials, options)
+local function prepared(robots, population, mask, materials, options)
   local list
   local function prepare()
-    list = simulations_of(robots, mask, materials, options)
+    list = simulations_of(robots, population, mask, materials, options)
     for _, simulation in ipairs(list) do simulation:describe() end
   end
   local fine, value, trace = failure.attempt(prepare)
@@ -294,29 +318,29 @@ end
 
 --- Simulates some robots once more, in each trial, under other materials or options. Does not
 --- change the population.
----@param mask boolean[] which ones
+---@param which integer[] which ones
 ---@param options? table[] of each trial; its own if left out
 ---@return table<integer, limax.scored_robot> by index, without a score
 ---@return limax.simulation[] simulations for the caller to free
 ---@return number seconds wall time of simulating
-function generation.again(robots, mask, materials, options)
+function generation.again(robots, which, materials, options)
+  local population, places = division.reach(robots, which)
+  local mask, at = masked(population.count, which, function(i) return places[i] end)
   -- kernels are compiled and springs made before the clock starts
-  local again, simulations = {}, prepared(robots, mask, materials, options)
+  local again, simulations = {}, prepared(robots, population, mask, materials, options)
   local began = host.clock()
   steps.finish(simulations)
   local seconds = host.clock() - began
-  local all, which = rows.new(robots.rows.facts, #robots), {}
-  for i = 1, #robots do
-    if mask[i] then which[#which + 1] = i end
-  end
+  local all = rows.new(robots.rows.facts, #robots)
   rows.copy(all, which, robots.rows, which)
   for _, i in ipairs(which) do rows.forget(all, i) end
-  rows.settle(all, simulations, mask)
+  rows.settle(all, simulations, at)
   local traces = {}
   for _, i in ipairs(which) do
     traces[i] = simulations
     again[i] = scored_robot.again(all[i], robots, i,
-      { materials = materials, options = options, traces = traces })
+      { materials = materials, options = options, traces = traces, population = population,
+        index = at[i] })
   end
   return again, simulations, seconds
 end

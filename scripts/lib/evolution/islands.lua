@@ -53,7 +53,8 @@ end
 
 ---@class limax.islands.steps functions of the loop that work on one island
 ---@field survive fun(view: table): integer[], table survivors, and the pool of parents
----@field choose fun(pool: table, child: integer): (integer|limax.archive.row)[] two parents
+---@field choose fun(pool: table, child: integer, elites: integer): (integer|limax.archive.row)[]|nil
+--- two parents; nil for a robot of another rank
 ---@field random limax.random of the topology
 
 -- The survivors of each island by their indices in the whole population.
@@ -99,10 +100,10 @@ function islands.select(robots, options, generation, steps)
   end
   for k, view in ipairs(groups) do
     for _ = #lists[k] + 1, #robots / options.count do
-      local child = #parents + 1
-      local pair = steps.choose(pools[k], child)
+      local child = #homes + 1
+      local pair = steps.choose(pools[k], child, #elites)
       -- a row of the archive belongs to no island
-      for side, parent in ipairs(pair) do
+      for side, parent in ipairs(pair or {}) do
         pair[side] = type(parent) == "table" and parent or view.places and view.places[parent]
           or parent
       end

@@ -5,13 +5,13 @@
 local ffi = require "ffi"
 
 local archived = require "limax.evolution.archived"
+local division = require "limax.evolution.division"
 local failure = require "limax.base.failure"
 local generations = require "limax.evolution.generation"
 local genes = require "limax.experiment.genes"
 local rows = require "limax.robot.rows"
 local schema = require "limax.engine.schema"
 local scored_robot = require "limax.robot.scored_robot"
-local view = require "limax.engine.view"
 
 local mating = {}
 
@@ -112,7 +112,8 @@ function mating.pool(robots, parents, has_rows)
     for i = 1, #robots do pool[i] = robots[i] end
     return pool
   end
-  pool.ranked, pool.rows, pool.parents, pool.engine = {}, {}, parents, nil
+  pool.ranked, pool.rows, pool.parents = {}, {}, parents
+  pool.engine, pool.own, pool.stored = nil, nil, nil
   for k, each in ipairs(parents) do
     local is_row = type(each) == "table"
     pool.ranked[k] = k
@@ -149,11 +150,12 @@ function mating.chosen(pool, child, place, first, second, third)
 end
 
 --- One pair of parents per robot of the next generation: an elite twice, then two parents for each
---- offspring, by `choose` or as the script names them.
+--- offspring, by `choose` or as the script names them; nil for a robot of another rank.
 ---@param pool limax.population.scored from which the selection picks
 ---@param count integer robots of the next generation
----@param choose fun(pool: limax.population.scored, child: integer): (integer|limax.archive.row)[]
----@return (integer|limax.archive.row)[][]
+---@param choose fun(pool: limax.population.scored, child: integer):
+--- (integer|limax.archive.row)[]|nil
+---@return table<integer, (integer|limax.archive.row)[]|nil>
 function mating.pairs(pool, count, elites, named, choose)
   local wanted = count - #elites
   if named and #named ~= wanted then
@@ -177,80 +179,83 @@ function mating.pairs(pool, count, elites, named, choose)
   return list
 end
 
----@class limax.mating.parents
+---@class limax.mating.parents of the robots of a share
 ---@field engine limax.population genomes
 ---@field rows limax.row[] one for each genome
----@field pairs integer[][] two indices of these for each robot of the next generation
+---@field pairs integer[][] two indices of these for each robot of the share
 
--- The parents of pairs. With rows of the archive among them, the genomes that the pairs need are
--- copied into a population of their own.
-local function parents_of(robots, list)
-  local at, sources, indices, has_rows = {}, {}, {}, false
-  for _, pair in ipairs(robots.archive and list or {}) do
-    has_rows = has_rows or type(pair[1]) == "table" or type(pair[2]) == "table"
-  end
-  if not has_rows then return { engine = robots.engine, rows = robots.rows, pairs = list } end
-  for child, pair in ipairs(list) do
-    indices[child] = {}
-    for k = 1, 2 do
-      local source = pair[k]
-      if not at[source] then
-        sources[#sources + 1] = source
-        at[source] = #sources
-      end
-      indices[child][k] = at[source]
-    end
-  end
-  local gathered, found = robots.world:empty(#sources), {}
-  local count = gathered.genes
-  local memory = ffi.new("float[?]", #sources * count)
-  for k, source in ipairs(sources) do
-    local genome
-    if type(source) == "table" then
-      genome, found[k] = archived.genome(source), archived.robot(robots.remembered, source)
-    else
-      genome, found[k] = view.memory(robots.engine:genome_copy(source)), robots.rows[source]
-    end
-    ffi.copy(memory + (k - 1) * count, genome, count * ffi.sizeof "float")
-  end
-  gathered:set_genomes(memory)
-  return { engine = gathered, rows = found, pairs = indices }
+-- The row of a parent.
+local function row_of(robots, source)
+  if type(source) == "table" then return archived.robot(robots.remembered, source) end
+  return robots.rows[source]
 end
 
--- The rows of the next generation, still without the bodies of the offspring. Ids count on: they
--- are unique in a repetition, and the same in a run that is continued.
-local function rows_of(robots, elites, parents, keep, homes)
+-- The parents of the robots of a share. If some are rows of the archive, or robots of other ranks,
+-- the genomes that the pairs need are copied into a population of their own.
+local function parents_of(robots, share, chosen)
+  local own, needed, of_archive, has = {}, {}, {}, {}
+  for k = 1, share.count do
+    own[k] = chosen.parents[share:number(k)]
+    for _, source in ipairs(own[k]) do
+      local list = type(source) == "table" and of_archive or needed
+      if not has[source] then list[#list + 1] = source end
+      has[source] = true
+    end
+  end
+  if not (of_archive[1] or robots.world.is_divided) then
+    return { engine = robots.own, rows = robots.rows, pairs = own }
+  end
+  local genomes, genes = division.parents(robots, needed, chosen.digest), robots.own.genes
+  local gathered, found, at = robots.world:empty(#needed + #of_archive), {}, {}
+  local memory = ffi.new("float[?]", gathered.count * genes)
+  ffi.copy(memory, genomes, #needed * genes * ffi.sizeof "float")
+  for _, row in ipairs(of_archive) do
+    ffi.copy(memory + #needed * genes, archived.genome(row), genes * ffi.sizeof "float")
+    needed[#needed + 1] = row
+  end
+  for k, source in ipairs(needed) do at[source], found[k] = k, row_of(robots, source) end
+  gathered:set_genomes(memory)
+  for k, pair in ipairs(own) do own[k] = { at[pair[1]], at[pair[2]] } end
+  return { engine = gathered, rows = found, pairs = own }
+end
+
+-- The rows of the next generation, still without the bodies of the offspring; those of other ranks
+-- are there once they are scored. Ids count on: they are unique in a repetition, and the same in a
+-- run that is continued.
+local function rows_of(robots, share, chosen, keep)
   local generation = robots.generation + 1
   local all = robots.world:rows(generation, robots.rows)
-  local count = all.count
-  for i = 1, elites do
-    local row = parents.rows[parents.pairs[i][1]]
-    rows.copy(all, { i }, row[1], { row[2] })
+  for i, index in ipairs(chosen.elites) do
+    rows.copy(all, { i }, robots.rows, { index })
     all[i].origin = "elite"
     if not keep then rows.forget(all, i) end
   end
-  for i = elites + 1, count do
-    local pair = parents.pairs[i]
-    rows.bear(all, i, generation, generation * count + i, parents.rows[pair[1]].id,
-      parents.rows[pair[2]].id)
+  for k = share.elites + 1, share.count do
+    local i = share:number(k)
+    local pair = chosen.parents[i]
+    rows.bear(all, i, generation, generation * all.count + i, row_of(robots, pair[1]).id,
+      row_of(robots, pair[2]).id)
   end
-  for i = 1, homes and count or 0 do all[i].island = homes[i] end
+  for i = 1, chosen.homes and all.count or 0 do all[i].island = chosen.homes[i] end
   return all
 end
 
 -- Replaces the last offspring of each island, or of the population, by new random robots, and sets
--- the ages of all: the generations since the oldest ancestor. Returns the places of the new robots.
-local function renew(all, parents, newcomers)
+-- the ages: the generations since the oldest ancestor. Returns the new robots of this share.
+local function renew(robots, all, share, chosen, newcomers)
   local places, count = {}, {}
   for i = #all, 1, -1 do
-    local row, pair = all[i], parents.pairs[i]
-    local home = row.island or 0
-    if row.origin == "bred" and (count[home] or 0) < newcomers then
+    local row, k, home = all[i], share:at(i), chosen.homes and chosen.homes[i] or 0
+    local is_elite = i <= #chosen.elites
+    if not is_elite and (count[home] or 0) < newcomers then
       count[home] = (count[home] or 0) + 1
-      table.insert(places, 1, i)
-      row.origin, row.age, row.parents = "initial", 0, nil
-    else
-      row.age = 1 + math.max(parents.rows[pair[1]].age or 0, parents.rows[pair[2]].age or 0)
+      if k then
+        table.insert(places, 1, k)
+        row.origin, row.age, row.parents = "initial", 0, nil
+      end
+    elseif is_elite or k then
+      local pair = is_elite and { chosen.elites[i], chosen.elites[i] } or chosen.parents[i]
+      row.age = 1 + math.max(row_of(robots, pair[1]).age or 0, row_of(robots, pair[2]).age or 0)
     end
   end
   return places
@@ -270,27 +275,28 @@ end
 
 --- The generation after a scored one: its genomes and rows, whose bodies are still to be expressed.
 ---@param decided limax.supervision.decided with `same_materials`: are they those of `robots`?
----@param chosen { elites: integer[], parents: (integer|limax.archive.row)[][],
---- homes: integer[]|nil } as of select.choose
+---@param chosen limax.chosen
 function mating.breed(world, robots, decided, chosen)
   local materials = robots.materials
   if not decided.same_materials then materials = world:materials_with(decided.fields) end
-  local parents, elites = parents_of(robots, chosen.parents), #chosen.elites
+  local share = division.share(#robots, #chosen.elites)
+  local parents = parents_of(robots, share, chosen)
   -- an elite keeps its score under the same materials, in the same trials
   local keep = decided.same_materials and world.trials(robots.generation + 1) == robots.trials
     and not robots.outdated
-  local all = rows_of(robots, elites, parents, keep, chosen.homes)
+  local all, own_rows = rows_of(robots, share, chosen, keep), {}
+  for k = 1, share.count do own_rows[k] = all[share:number(k)] end
   local rules = world:rules { materials = materials, parameters = decided.parameters,
-    state = rawget(robots, "state") }
-  local bred = genes.breed(rules, { generation = robots.generation + 1, elites = elites,
-    pairs = parents.pairs, parents = parents.engine, rows = all, parent_rows = parents.rows })
+    state = rawget(robots, "state"), share = share }
+  local bred = genes.breed(rules, { generation = robots.generation + 1, elites = share.elites,
+    pairs = parents.pairs, parents = parents.engine, rows = own_rows, parent_rows = parents.rows })
   if world.experiment.survival.ages then
-    local places = renew(all, parents, world.experiment.survival.newcomers)
+    local places = renew(robots, all, share, chosen, world.experiment.survival.newcomers)
     genes.initialize(rules, bred, places, robots.generation + 1)
   end
-  if parents.engine ~= robots.engine then parents.engine:free() end
-  return generations.new(world, { generation = robots.generation + 1, rows = all, engine = bred,
-    materials = materials, parameters = decided.parameters, archive = robots.archive,
+  if parents.engine ~= robots.own then parents.engine:free() end
+  return generations.new(world, { generation = robots.generation + 1, rows = all, own = bred,
+    share = share, materials = materials, parameters = decided.parameters, archive = robots.archive,
     before = { state = rawget(robots, "state"), archive = robots.remembered,
       scored_with = robots.scored_with }, decided = decided })
 end

@@ -2,6 +2,8 @@
 --- and restores the last generation of a folder to continue a run.
 
 local archived = require "limax.evolution.archived"
+local diversity = require "limax.run.diversity"
+local division = require "limax.evolution.division"
 local engine = require "limax.engine"
 local exchange = require "limax.base.exchange"
 local failure = require "limax.base.failure"
@@ -32,9 +34,7 @@ local function standard_score(run, robots)
     and robots.scored_with == robots.before.scored_with then
     return before.best_standard
   end
-  local mask = {}
-  for i = 1, #robots do mask[i] = i == best end
-  local again, simulations = generations.again(robots, mask, world.first_materials)
+  local again, simulations = generations.again(robots, { best }, world.first_materials)
   local score
   if again[best].status == "done" then
     score = scoring.call(robots.scored_by.call, again[best], state.copy(rawget(robots, "state")))
@@ -93,8 +93,19 @@ local function remember(run, line, ledger)
   return run.entries:add(run.history, line, ledger, last.values)
 end
 
+-- What the first rank needs of the others to record a generation.
+local function gather(robots)
+  local ranked, best = robots.ranked, {}
+  local sets = division.diversity(robots, { ranked, diversity.top_half(ranked) })
+  robots.diversity = diversity.of_engine(sets[1], sets[2], robots.materials)
+  for k = 1, math.min(step_check.ROBOTS, #ranked) do best[k] = ranked[k] end
+  division.fetch(robots, best)
+  if robots.world.is_divided then robots.genomes = division.all_genomes(robots) end
+end
+
 --- Records a scored generation: ends its traces, and the first rank adds it to the history.
 function record.enter(run, robots)
+  gather(robots)
   if exchange.is_first then
     step_check.look(run, robots)
     local line = line_of(run, robots)
@@ -107,12 +118,27 @@ function record.enter(run, robots)
   generations.end_traces(robots, "its population was bred")
 end
 
+-- Genomes of a generation, which are read from the run folder when they are needed.
+local Stored = {}
+Stored.__index = Stored
+
+local function stored_in(folder) return setmetatable({ folder = folder }, Stored) end
+
+function Stored:engine_of(robots)
+  local made = robots.world:empty()
+  self.folder:settle() -- it may be about to be written
+  made:set_genomes(self.folder:genomes(robots.repetition, robots.generation))
+  genes.express(robots.world:rules(robots), made)
+  return made
+end
+
 --- Writes a recorded generation into the folder, once.
 function record.write(run, robots)
   local line = robots.line
   if not line then return end
   robots.line = nil
   if run.folder then
+    if robots.world.is_divided then robots.stored = stored_in(run.folder) end
     robots.timing.write = run.folder:write { robots = robots, metrics = line,
       evaluations = run.evaluations, matrix = line.generation == 0 and run.world:matrix() or nil }
   else
@@ -121,18 +147,16 @@ function record.write(run, robots)
   if run.on_generation then run.on_generation(robots.entry, robots.timing) end
 end
 
--- Makes a generation of plain data, with genomes and bodies if `genomes` is not nil.
+-- Makes a generation of plain data, with genomes and bodies of a share if `genomes` is not nil.
 local function rebuilt(run, kept, all, genomes)
-  local world = run.world
-  local robots = generations.new(world, { generation = kept.generation, rows = all,
+  local world, share = run.world, division.share(all.count, 0)
+  local own = genomes and world:empty_share(share)
+  if own then own:set_genomes(genomes) end
+  local robots = generations.new(world, { share = share, own = own, generation = kept.generation, rows = all,
     materials = world:materials_with(kept.metrics.materials), parameters = kept.metrics.parameters,
     ranked = metrics.rank(all), evaluations = kept.metrics.evaluations,
     decided = { ledger = kept.ledger } })
-  if genomes then
-    robots.engine = world:empty()
-    robots.engine:set_genomes(genomes)
-    genes.express(world:rules(robots), robots.engine)
-  end
+  if own then genes.express(world:rules(robots), own) end
   return robots
 end
 
@@ -141,17 +165,6 @@ local function read_rows(run, kept, bytes)
   if all then return all end
   failure.raise_damaged(("generation %d of repetition %d: its array of robots %s"):format(
     kept.generation, run.world.repetition, message))
-end
-
--- Genomes of an old generation, which are read from the run folder when they are needed.
-local Stored = {}
-Stored.__index = Stored
-
-function Stored:engine_of(robots)
-  local made = robots.world:empty()
-  made:set_genomes(self.folder:genomes(robots.repetition, robots.generation))
-  genes.express(robots.world:rules(robots), made)
-  return made
 end
 
 --- Makes the entries of a run's history.
@@ -163,7 +176,7 @@ function record.entries(run)
       metrics = { materials = materials.fields(engine.materials(entry.materials)),
         parameters = entry.parameters, evaluations = entry.evaluations } },
       read_rows(run, entry, bytes))
-    robots.stored = run.folder and setmetatable({ folder = run.folder }, Stored) or nil
+    robots.stored = run.folder and stored_in(run.folder) or nil
     return robots
   end)
 end
@@ -205,8 +218,8 @@ local function read_archive(run, folder, last)
   return archived.pack(list)
 end
 
---- The last generation of a folder as plain data, for all ranks; nil if it has none. Fills the
---- history with those before it.
+--- The last generation of a folder as plain data, for all ranks, and its genomes, for the first one;
+--- nil if it has none. Fills the history with those before it.
 ---@param run limax.run of the first rank
 function record.kept(run)
   local folder, repetition = run.folder, run.world.repetition
@@ -214,23 +227,26 @@ function record.kept(run)
   for generation = 0, last - 1 do
     local kept = folder:kept(repetition, generation)
     local entry = remember(run, kept.metrics, kept.ledger)
-    if last - generation < history.genomes_kept then
+    if last - generation < history.genomes_kept and not run.world.is_divided then
       entry.population = rebuilt(run, kept, folder:rows(repetition, generation),
         folder:genomes(repetition, generation))
     end
   end
   if last < 0 then return nil end
   local kept = folder:kept(repetition, last)
-  kept.robots, kept.genomes = folder:robots(repetition, last), folder:genomes(repetition, last)
+  kept.robots = folder:robots(repetition, last)
   kept.archive = run.world.archive and read_archive(run, folder, last)
-  return kept
+  return kept, folder:genomes(repetition, last)
 end
 
 --- Goes on from the last generation of a folder: it has its scores. Where the configuration changed
 --- since, elites are scored again.
 ---@param kept table of the first rank
-function record.restore(run, kept)
-  local robots = rebuilt(run, kept, read_rows(run, kept, kept.robots), kept.genomes)
+---@param genomes string|nil of all robots, on the first rank
+function record.restore(run, kept, genomes)
+  local all = read_rows(run, kept, kept.robots)
+  local robots = rebuilt(run, kept, all,
+    division.deal(division.share(all.count, 0), genomes, run.world.encoding.genes))
   check_measured(run, robots)
   run.evaluations = kept.evaluations
   robots.outdated = not kept.scores_valid or nil
@@ -246,6 +262,7 @@ function record.restore(run, kept)
   rawset(robots, "state", kept.state or run.world:first_state())
   robots.entry = exchange.is_first and remember(run, kept.metrics, kept.ledger) or {}
   if exchange.is_first then robots.entry.population = robots end
+  if exchange.is_first and run.world.is_divided then robots.stored = stored_in(run.folder) end
   return robots
 end
 

@@ -64,23 +64,23 @@ function rescore.population(robots, setting, which)
   elseif which ~= nil and type(which) ~= "table" then
     schema.refuse("rescore.population: which", "a list of indices", which)
   end
-  local world, mask, options = robots.world, {}, {}
+  local world, list, options = robots.world, {}, {}
   local own_state = rawget(robots, "state") or robots.before.state
   for k, trial in ipairs(robots.trials) do
     local own = type(setting) == "function" and setting(trial.simulation) or setting
     options[k] = rescore.options({ simulation = trial.simulation,
       record = trial.options.record }, own, 2)
   end
-  for i = 1, #robots do mask[i] = which == nil end
+  for i = 1, which and 0 or #robots do list[i] = i end
   for k, i in ipairs(which or {}) do
     if robots.rows[i] == nil then
       failure.raise(2, ("rescore: robot %s of the list (place %d); the population has %d"):format(
         schema.show(i), k, #robots), 2)
     end
-    mask[i] = true
+    list[k] = i
   end
   local again, simulations, seconds =
-    generations.again(robots, mask, robots.materials, options)
+    generations.again(robots, list, robots.materials, options)
   local result = { fitness = {}, distance = {}, status = {}, time_step = {}, failed = 0,
     robots = 0, seconds = seconds, simulated = 0 }
   for i = 1, #robots do

@@ -2,8 +2,10 @@
 --- experiment's survival and selection, on the whole population or island by island. An own loop
 --- may name both instead.
 
+local division = require "limax.evolution.division"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
+local host = require "limax.host"
 local islands = require "limax.evolution.islands"
 local mating = require "limax.evolution.mating"
 local source = require "limax.base.source"
@@ -50,20 +52,47 @@ local function survive(world, robots, generation, parameters, named)
   return survivors, mating.pool(robots, parents, has_rows)
 end
 
+---@class limax.chosen for the next generation
+---@field elites integer[]
+---@field parents table<integer, (integer|limax.archive.row)[]|nil> a pair per robot, at least for
+--- those of this rank
+---@field homes integer[]|nil an island per robot
+---@field digest string of what all ranks chose
+
+-- A digest of the elites, the pools of parents, and the pairs that all ranks chose.
+local function digest_of(robots, chosen, pools, with_pairs)
+  local texts = { table.concat(chosen.elites, " ") }
+  local function show(parent) return type(parent) == "table" and "a" .. parent.id or parent end
+  for _, pool in ipairs(pools) do
+    local list = {}
+    for k, index in ipairs(pool.ranked) do
+      list[k] = show(pool.parents and pool.parents[index] or index)
+    end
+    texts[#texts + 1] = table.concat(list, " ")
+  end
+  for i = 1, with_pairs and #robots or 0 do
+    texts[#texts + 1] = show(chosen.parents[i][1]) .. " " .. show(chosen.parents[i][2])
+  end
+  return host.xxh3(table.concat(texts, "\n"))
+end
+
 --- Chooses for the next generation; what an own loop chose comes first.
----@return { elites: integer[], parents: (integer|limax.archive.row)[][], homes: integer[]|nil } a
---- pair of parents, and an island, per robot of the next generation
+---@return limax.chosen
 function select.choose(world, robots, decided)
   local generation, parameters, choice =
     robots.generation + 1, decided.parameters, robots.choice or {}
   local config, own = world.config, source.place(world.config.selection)
   local selection, random = world.experiment.selection, nil
   local place = own and (" (%s)"):format(own) or ""
-  local elites, parents, homes
-  local rankings = {}
-  local function choose(pool, child)
-    rankings[pool] = rankings[pool] or mating.ranking(pool)
+  local elites, parents, homes, share
+  local rankings, pools = {}, {}
+  local function choose(pool, child, all_elites)
+    if not rankings[pool] then
+      rankings[pool], pools[#pools + 1] = mating.ranking(pool), pool
+    end
     if not own then
+      share = share or division.share(#robots, all_elites)
+      if not share:at(child) then return nil end
       -- one of the library takes no time, and keeps no stream: all children share the object
       random = random or random_of(world, generation, child)
       random.key.individual, random.draw = child, 0
@@ -72,6 +101,7 @@ function select.choose(world, robots, decided)
     return mating.chosen(pool, child, place, call("the selection", selection, pool,
       random_of(world, generation, child), rawget(robots, "state")))
   end
+  division.set_common(world.is_divided)
   if config.islands then
     if choice.elites or choice.parents then
       failure.raise(2, "breed: in an experiment with islands, elites and parents come from its"
@@ -83,12 +113,17 @@ function select.choose(world, robots, decided)
   else
     local pool
     elites, pool = survive(world, robots, generation, parameters, choice.elites)
-    parents = mating.pairs(pool, #robots, elites, choice.parents, choose)
+    parents = mating.pairs(pool, #robots, elites, choice.parents, function(from, child)
+      return choose(from, child, #elites)
+    end)
   end
+  division.set_common(false)
   for pool, ranking in pairs(rankings) do
     mating.check_unchanged(pool, ranking, "the selection")
   end
-  return { elites = elites, parents = parents, homes = homes }
+  local chosen = { elites = elites, parents = parents, homes = homes }
+  chosen.digest = world.is_divided and digest_of(robots, chosen, pools, own) or nil
+  return chosen
 end
 
 return select

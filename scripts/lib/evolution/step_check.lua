@@ -9,8 +9,11 @@ local tiers = require "limax.settings.tiers"
 
 local step_check = {}
 
--- The robots of a check, and the share of their fitness that they may lose.
-local ROBOTS, LOSS = 8, 0.05
+--- The robots of a check.
+step_check.ROBOTS = 8
+
+-- The share of their fitness that they may lose.
+local LOSS = 0.05
 -- The tiers with a finer one that evolution can afford.
 local CHEAP = { preview = true, evolve = true }
 
@@ -44,7 +47,7 @@ end
 -- longest step, s.
 local function compare(robots)
   local best, sums = {}, { before = 0, after = 0, count = 0, step = 0 }
-  for k = 1, math.min(ROBOTS, #robots.ranked) do best[k] = robots.ranked[k] end
+  for k = 1, math.min(step_check.ROBOTS, #robots.ranked) do best[k] = robots.ranked[k] end
   local fine = rescore.population(robots, half, best)
   for _, i in ipairs(best) do
     if fine.fitness[i] then

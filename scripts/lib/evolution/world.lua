@@ -2,6 +2,7 @@
 --- first materials, and what follows from them.
 
 local encodings = require "limax.encoding"
+local division = require "limax.evolution.division"
 local engine = require "limax.engine"
 local exchange = require "limax.base.exchange"
 local failure = require "limax.base.failure"
@@ -26,6 +27,9 @@ local state = require "limax.run.state"
 ---@field measured limax.measured|nil besides the fitness
 ---@field archive limax.archive.definition|nil
 ---@field is_divided boolean do ranks divide the robots among themselves (division.lua)?
+---@field place fun(robots: limax.population.scored, i: integer): limax.population, integer where
+--- body and genome of a robot are
+---@field diversity fun(robots: limax.population.scored, set: integer[]): limax.diversity|nil
 ---@field first_materials limax.materials those of generation 0
 ---@field first_fields limax.material_fields their changeable fields
 ---@field first_step number s, limit of the time step for a full body of these
@@ -79,18 +83,21 @@ function world.new(experiment, options)
     options = settings.engine_options(config.simulation, config.record),
     trials = experiment.trials:of(repetition), fitness = experiment.fitness,
     measured = experiment.measured, archive = experiment.archive,
-    is_divided = exchange.count > 1, first_materials = first,
+    is_divided = exchange.count > 1, place = division.place, diversity = division.diversity_of,
+    first_materials = first,
     first_fields = materials.fields(first),
     limits = proposals.limits(config.population, config.supervision.ranges, config.supervision,
       config.breeding),
     on_progress = options.on_progress, say = once(options.say or print_warning) }, World)
+  division.check(config.population)
+  local share = division.share(config.population, 0)
   -- refuses a lattice that this machine cannot hold before anything large is made
-  engine.population({ lattice = config.lattice, count = config.population }):free()
+  engine.population({ lattice = config.lattice, count = share.count }):free()
   self.encoding = encodings.of_engine(experiment.encoding, config.genome,
     { lattice = config.lattice, materials = first.count, seed = config.seed,
       repetition = repetition })
   -- and genomes for which there is no memory, before a run folder is made
-  self:empty():free()
+  self:empty_share(share):free()
   self.first_step, self.first_step_material = least_bound(self, first)
   return self
 end
@@ -106,6 +113,13 @@ end
 function World:empty(count)
   return engine.population { lattice = self.config.lattice,
     count = count or self.config.population, encoding = self.encoding }
+end
+
+--- An empty population for this rank's share of a generation.
+---@param share limax.share
+function World:empty_share(share)
+  return engine.population { lattice = self.config.lattice, count = share.count,
+    before = share.before, encoding = self.encoding }
 end
 
 --- Robots without values, for a generation.
@@ -125,13 +139,14 @@ function World:rows(generation, before)
 end
 
 --- The rules by which the genes of a generation are made and read.
----@param fields { materials: limax.materials, parameters: table<string, number>, state: table|nil }
+---@param fields { materials: limax.materials, parameters: table<string, number>,
+--- state: table|nil, share: limax.share }
 function World:rules(fields)
   return { encoding = self.experiment.encoding, variation = self.experiment.variation,
     lattice = self.config.lattice, materials = fields.materials, parameters = fields.parameters,
     state = rawget(fields, "state"), seed = self.config.seed, repetition = self.repetition,
     require_muscle = self.config.genome.require_muscle, device = self.device,
-    empty = function() return self:empty() end, say = self.say }
+    empty = function() return self:empty_share(fields.share) end, say = self.say }
 end
 
 --- The first materials with other values of the fields that a supervisor may change.

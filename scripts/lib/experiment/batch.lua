@@ -154,7 +154,7 @@ function methods:random(i)
   require_row(self, i, "robot")
   local streams = parts.streams
   streams[i] = streams[i] or engine.random(parts.seed, parts.repetition, "variation",
-    self.generation, parts.counter + i)
+    self.generation, parts.counter + parts.population.before + i)
   return streams[i]
 end
 

@@ -130,19 +130,20 @@ function rows.single(robot) return row_copy(robot)[1] end
 
 -- ---- robots by hand, and their trials -----------------------------------------------------------
 
---- Describes the robots whose bodies are unknown.
+--- Describes the robots of a population whose bodies are unknown.
 ---@param population limax.population expressed
-function rows.describe(self, population, materials)
+---@param number? fun(k: integer): integer the row of its robot k; k if left out
+function rows.describe(self, population, materials, number)
   local facts = body.facts(materials)
   local texts, size = bodies.texts(population, facts.letters)
   local shapes, length = bodies.shapes(population), size - 2 -- less a line end and a zero byte
   self.materials = facts.names
-  for i = 1, self.count do
-    local each = self.data[i - 1]
+  for k = 1, population.count do
+    local each = self.data[number and number(k) - 1 or k - 1]
     if each.body.status == BODY_UNKNOWN then
-      each.body = shapes[i - 1]
-      ffi.copy(each.letters, texts + (i - 1) * size, length)
-      each.mass = body.mass(population, i, each.body.masses, facts)
+      each.body = shapes[k - 1]
+      ffi.copy(each.letters, texts + (k - 1) * size, length)
+      each.mass = body.mass(population, k, each.body.masses, facts)
     end
   end
   self.stamp = self.stamp + 1
@@ -156,7 +157,7 @@ function rows.by_hand(described, population, materials, simulation)
   one[1].id, one[1].generation = described.id or 1, described.generation or 0
   one[1].parents, one[1].origin = described.parents, "hand"
   rows.describe(one, population, materials)
-  rows.settle(one, { simulation }, { true })
+  rows.settle(one, { simulation }, { 1 })
   return one[1]
 end
 
@@ -242,20 +243,16 @@ function rows.bear(self, i, generation, id, first, second)
   ffi.copy(each.origin, "bred")
 end
 
---- Copies the outcomes of some robots from their simulations, one per trial.
----@param mask boolean[] which ones
-function rows.settle(self, simulations, mask)
+--- Copies the outcomes of robots from their simulations, one per trial.
+---@param at table<integer, integer> the place in the simulations of each row that is copied
+function rows.settle(self, simulations, at)
   for k, simulation in ipairs(simulations) do
     local all = outcome.all(simulation)
-    for i = 1, self.count do
-      if mask[i] then
-        ffi.copy(row.outcome_at(self, self.data[i - 1], k), all + (i - 1), OUTCOME_SIZE)
-      end
+    for i, place in pairs(at) do
+      ffi.copy(row.outcome_at(self, self.data[i - 1], k), all + (place - 1), OUTCOME_SIZE)
     end
   end
-  for i = 1, self.count do
-    if mask[i] then rows.set_status(self, i) end
-  end
+  for i in pairs(at) do rows.set_status(self, i) end
 end
 
 --- The engine's outcomes of a robot, one per trial.

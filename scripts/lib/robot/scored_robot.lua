@@ -78,21 +78,25 @@ local made = {}
 local Context = {}
 
 function Context.__index(context, key)
-  local robots = rawget(context, "robots")
-  if key == "population" then return robots.engine end
+  local robots, i = rawget(context, "robots"), rawget(context, "number")
+  if key == "population" or key == "index" then
+    local population, index = robots.world.place(robots, i)
+    if key == "index" then return index end
+    return population
+  end
   if key ~= "simulation" then return nil end
-  local simulations = (rawget(context, "traces") or robots.traces or {})[context.index]
+  local simulations = (rawget(context, "traces") or robots.traces or {})[i]
   return simulations and simulations[context.trial]
 end
 
--- The context of robot i of a generation. `other` has materials, options of each trial and traces
--- if they are not the generation's.
+-- The context of robot i of a generation. `other` has materials, options of each trial, traces and
+-- the place in the population if they are not the generation's.
 local function context_of(robots, i, other)
   local materials, config = other.materials or robots.materials, robots.world.config
   local function context(k)
     local trial = robots.trials[k]
-    return setmetatable({ robots = robots, index = i, trial = k, materials = materials,
-      scene = trial.scene, options = other.options and other.options[k] or trial.options,
+    return setmetatable({ robots = robots, number = i, trial = k, materials = materials,
+      population = other.population, index = other.index, scene = trial.scene, options = other.options and other.options[k] or trial.options,
       traces = other.traces }, Context)
   end
   local whole = context(1)
@@ -204,8 +208,9 @@ end
 --- Robot i of a generation as another simulation of it sees it.
 ---@param row limax.row of that simulation
 ---@param i integer in the generation
----@param other { materials: limax.materials, options?: table[], traces: table } options of each
---- trial; simulations by robot and trial
+---@param other { materials: limax.materials, options?: table[], traces: table,
+--- population: limax.population, index: integer } options of each trial; simulations by robot and
+--- trial; its place in them
 ---@return limax.scored_robot
 function scored_robot.again(row, robots, i, other)
   return scored_robot.new(row, context_of(robots, i, other))

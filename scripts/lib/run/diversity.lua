@@ -3,7 +3,6 @@
 --- the lattice, without alignment.
 
 local engine = require "limax.engine"
-local source = require "limax.base.source"
 local strict = require "limax.engine.strict"
 
 local diversity = strict.module "limax.diversity"
@@ -46,32 +45,37 @@ end
 ---@return { all: limax.diversity.values|nil, top: limax.diversity.values|nil }
 function diversity.measure(population, ranked, materials)
   if #ranked == 0 then return {} end
-  -- so that sums do not depend on the ranking
-  local function sorted(list)
-    local copy = source.copy(list)
-    table.sort(copy)
-    return copy
-  end
-  return { all = named(population:diversity(sorted(ranked)), materials),
-    top = named(population:diversity(sorted(diversity.top_half(ranked))), materials) }
+  return { all = named(population:diversity(ranked), materials),
+    top = named(population:diversity(diversity.top_half(ranked)), materials) }
+end
+
+--- The same of what the engine answered.
+---@param all limax.diversity
+---@param top limax.diversity
+function diversity.of_engine(all, top, materials)
+  return { all = named(all, materials), top = named(top, materials) }
 end
 
 -- One measure of a script's scored population.
 local function of(population, part, field)
-  if type(population) ~= "table" or not population.ranked or not population.engine then
+  local ranked, values = {}, nil
+  if type(population) == "table" then
+    -- an island has a part of the robots of the engine's population
+    local places = rawget(population, "places")
+    for k, index in ipairs(population.ranked or {}) do
+      ranked[k] = places and places[index] or index
+    end
+    if part == "top" then ranked = diversity.top_half(ranked) end
+    values = ranked[1] and population.world.diversity(population, ranked)
+  end
+  if not values then
     engine.fail(("diversity.%s: expected a scored population of the last three generations, "
       .. "such as history[#history].population"):format(field))
   end
   if part ~= nil and part ~= "all" and part ~= "top" then
     engine.fail(('diversity.%s: expected "all" or "top", got %s'):format(field, tostring(part)))
   end
-  -- an island has a part of the robots of the engine's population
-  local places, ranked = rawget(population, "places"), {}
-  for k, index in ipairs(population.ranked) do
-    ranked[k] = places and places[index] or index
-  end
-  local values = diversity.measure(population.engine, ranked, population.materials)
-  return values[part or "all"] and values[part or "all"][field]
+  return named(values, population.materials)[field]
 end
 
 --- Mean share of voxels in which two distinct robots differ, 0 to 1; 0 for one robot.

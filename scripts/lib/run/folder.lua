@@ -128,7 +128,7 @@ function Folder:write(written)
   for _, kind in ipairs(generation == 0 and { "robots", "genomes", "champion" } or {}) do
     make_folder_of(self, place(kind))
   end
-  local all, made = robots.rows, robots.engine
+  local all, genes = robots.rows, robots.own.genes
   local bytes = all.count * all.layout.size
   local line = { kind = "generation", repetition = repetition, generation = generation,
     scored_by = self.scored_by, evaluations = written.evaluations,
@@ -136,8 +136,14 @@ function Folder:write(written)
     transcript = source.size(self.path .. "/transcript.jsonl"), files = {}, lines = {} }
   -- the longest array first: it takes the memory of the one before
   line.files.genomes = put_array(self, place "genomes",
-    npy.header("<f4", { made.count, made.genes }), made.count * made.genes * ffi.sizeof "float",
-    function(memory) engine_population.copy_genomes(made, ffi.cast("float *", memory)) end)
+    npy.header("<f4", { all.count, genes }), all.count * genes * ffi.sizeof "float",
+    function(memory)
+      if not robots.genomes then
+        return engine_population.copy_genomes(robots.own, ffi.cast("float *", memory))
+      end
+      ffi.copy(memory, robots.genomes, all.count * genes * ffi.sizeof "float")
+      robots.genomes = nil
+    end)
   line.files.robots = put_array(self, place "robots", structured.header(all.layout, all.count),
     bytes, function(memory) ffi.copy(memory, all.data, bytes) end)
   line.files.champion = put(self, place "champion",

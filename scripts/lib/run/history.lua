@@ -41,7 +41,11 @@ local function drop(entry)
   local population = entry and rawget(entry, "population")
   if not population then return end
   entry.population = nil
-  population.engine:free()
+  local own, whole, fetched = rawget(population, "own"), rawget(population, "engine"),
+    rawget(population, "fetched")
+  if own then own:free() end
+  if whole and whole ~= own then whole:free() end
+  if fetched then fetched.engine:free() end
 end
 
 --- Adds the entry of the newest generation. Drops the population that is now too old.

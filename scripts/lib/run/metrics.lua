@@ -1,7 +1,6 @@
 --- metrics.lua: one line of numbers per generation, over the robots that were scored. It holds no
 --- times, so that two runs can be compared byte for byte.
 
-local diversity = require "limax.run.diversity"
 local rows = require "limax.robot.rows"
 local sample = require "limax.base.statistics.sample"
 local sorting = require "limax.base.sorting"
@@ -109,7 +108,7 @@ function metrics.measure(population)
     scored = #ranked,
     failed = failed,
     coarse = coarse,
-    diversity = without_nan(diversity.measure(population.engine, ranked, population.materials)),
+    diversity = without_nan(population.diversity),
     measures = measures_of(all, champion),
     islands = islands_of(all),
     novelty = spread(all, champion, "novelty", itself),

@@ -72,11 +72,14 @@ struct fake_device_population final : limax::device_population {
         const population& from = twin;
         std::copy_n(from.genomes() + first * genes(), count * genes(), to);
     }
-    void initialize(uint32_t generation, int32_t first, int32_t count) override {
+    void initialize(uint32_t generation, int32_t before, int32_t first, int32_t count) override {
+        twin.number(before);
         twin.initialize(generation, first, count, in_order);
     }
     void breed(const limax::device_population& parents, const int32_t* pairs,
-               const limax_breeding& breeding, int32_t first, int32_t count) override {
+               const limax_breeding& breeding, int32_t before, int32_t first,
+               int32_t count) override {
+        twin.number(before);
         std::vector<int32_t> all(2 * std::size_t(twin.count()));
         std::copy_n(pairs, 2 * count, all.begin() + 2 * first);
         twin.breed(dynamic_cast<const fake_device_population&>(parents).twin, all.data(), breeding,
@@ -89,8 +92,16 @@ struct fake_device_population final : limax::device_population {
         for (int32_t k = 0; k < count; ++k) bodies[k].status = LIMAX_BODY_UNKNOWN;
     }
     // sums of a GPU are compared in cuda_population_test.cpp
-    void count_same(const int32_t*, int32_t, int64_t*) const override { FAIL("not asked for"); }
-    void sum_squares(const int32_t*, int32_t, double*) const override { FAIL("not asked for"); }
+    void count_materials(const int32_t*, int32_t, int64_t*) const override {
+        FAIL("not asked for");
+    }
+    uint32_t largest_gene(const int32_t*, int32_t) const override {
+        FAIL("not asked for");
+        return 0;
+    }
+    void sum_genes(const int32_t*, int32_t, double, int64_t*) const override {
+        FAIL("not asked for");
+    }
     std::shared_ptr<const limax::device_bodies> bodies() const override {
         return std::make_shared<copied_bodies>(twin, seen);
     }

@@ -1,27 +1,30 @@
-// diversity.h: how much the members of a set differ: exact counts of equal voxels, and deviations
-// of genes with sums over members in the order of their list, as on the host.
+// diversity.h: how much the members of a set differ: exact sums over them, as on the host.
 #pragma once
 
 #include "backend/cuda/kernels/generation.h"
 
-// One thread per gene. Two passes, mean first, as population::genotype.
+// One thread per gene.
 extern "C" __global__ void __launch_bounds__(limax::cuda::genotype_threads)
     limax_genotype(const __grid_constant__ limax::cuda::diversity_launch launch) {
     using namespace limax;
     const int64_t gene = int64_t(blockIdx.x) * cuda::genotype_threads + threadIdx.x;
     if (gene >= launch.genes) return;
     const float* const column = launch.genomes + gene;
-    double mean = 0.0, square = 0.0;
+    const auto gene_of = [&](int32_t k) { return column[int64_t(launch.robots[k]) * launch.genes]; };
+    if (launch.scale == 0.0) {
+        uint32_t largest = 0;
 #pragma unroll 16
-    for (int32_t k = 0; k < launch.members; ++k)
-        mean += double(column[int64_t(launch.robots[k]) * launch.genes]);
-    mean /= double(launch.members);
-#pragma unroll 16
-    for (int32_t k = 0; k < launch.members; ++k) {
-        const double off = double(column[int64_t(launch.robots[k]) * launch.genes]) - mean;
-        square += off * off;
+        for (int32_t k = 0; k < launch.members; ++k)
+            largest = max(largest, magnitude_bits(gene_of(k)));
+        launch.of_genes[gene] = largest;
+        return;
     }
-    launch.squares[gene] = square;
+    gene_sums sums;
+#pragma unroll 16
+    for (int32_t k = 0; k < launch.members; ++k) sums.add(gene_of(k), launch.scale);
+    launch.of_genes[gene] = sums.steps;
+    launch.of_genes[launch.genes + gene] = sums.low;
+    launch.of_genes[2 * int64_t(launch.genes) + gene] = sums.high;
 }
 
 // A block takes 32 voxels, each warp of it a share of the members.
@@ -44,10 +47,6 @@ extern "C" __global__ void __launch_bounds__(32 * limax::cuda::set_warps)
     }
     __syncthreads();
     if (warp > 0 || voxel >= launch.voxel_count) return;
-    int64_t same = 0;
-    for (int m = 0; m < cuda::most_materials; ++m) {
-        const int64_t n = counts[m][lane];
-        same += n * n;
-    }
-    launch.same[voxel] = same;
+    for (int m = 0; m < cuda::most_materials; ++m)
+        launch.counts[voxel * cuda::most_materials + m] = counts[m][lane];
 }

@@ -5,6 +5,7 @@
 
 #include "body/lattice.h"
 #include "genome/breeding.h"
+#include "genome/gene_sums.h"
 #include "genome/network.h"
 
 namespace limax::cuda {
@@ -75,10 +76,11 @@ struct diversity_launch {
     const int32_t* robots;  // [member], indices into what follows
     int32_t members;
     const float* genomes;  // [robot][gene]
-    double* squares;       // [gene]: sum over members of the squared deviation from their mean
     int32_t genes;
+    double scale;           // steps per unit of a gene; 0 asks for the largest magnitude instead
+    int64_t* of_genes;      // [kind][gene]: gene_sums, or [gene]: magnitude_bits()
     const uint8_t* voxels;  // [robot][voxel]
-    int64_t* same;          // [voxel]: sum over materials of the squared number of members
+    int64_t* counts;        // [voxel][most_materials]: number of members
     int32_t voxel_count;
 };
 

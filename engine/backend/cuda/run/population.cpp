@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <vector>
 
 #include "backend/cuda/kernels/generation.h"
 #include "body/grid.h"
@@ -73,8 +74,10 @@ public:
                    format("the genomes of %d robots", count)),
           described_(place_.gpu, std::size_t(count), format("the bodies of %d robots", count)),
           pairs_(place_.gpu, 2 * std::size_t(count), format("the parents of %d robots", count)),
-          same_(place_.gpu, std::size_t(grid_.voxels()), "the diversity of bodies"),
-          squares_(place_.gpu, std::size_t(genes_), "the diversity of genomes"),
+          counts_(place_.gpu, std::size_t(grid_.voxels()) * most_materials,
+                  "the diversity of bodies"),
+          of_genes_(place_.gpu, kinds_of_gene_sums * std::size_t(genes_),
+                    "the diversity of genomes"),
           bodies_(new_bodies()) {}
 
     const gpu_team& team() const { return *team_; }
@@ -84,12 +87,15 @@ public:
     void send_genomes(const float* genomes) override;
     void send_bodies(const uint8_t* voxels, const float* weights) override;
     void fetch_genomes(float* genomes, int32_t first, int32_t count) const override;
-    void initialize(uint32_t generation, int32_t first, int32_t count) override;
+    void initialize(uint32_t generation, int32_t before, int32_t first, int32_t count) override;
     void breed(const device_population& parents, const int32_t* pairs,
-               const limax_breeding& breeding, int32_t first, int32_t count) override;
+               const limax_breeding& breeding, int32_t before, int32_t first,
+               int32_t count) override;
     void express(bool largest_part, int32_t first, int32_t count, limax_body* bodies) override;
-    void count_same(const int32_t* robots, int32_t count, int64_t* same) const override;
-    void sum_squares(const int32_t* robots, int32_t count, double* squares) const override;
+    void count_materials(const int32_t* robots, int32_t count, int64_t* counts) const override;
+    uint32_t largest_gene(const int32_t* robots, int32_t count) const override;
+    void sum_genes(const int32_t* robots, int32_t count, double scale,
+                   int64_t* sums) const override;
     std::shared_ptr<const device_bodies> bodies() const override { return bodies_; }
 
 private:
@@ -100,9 +106,9 @@ private:
     device_memory<float> launch_express(int32_t first, int32_t count, gpu_bodies& bodies);
     device_memory<int32_t> launch_describe(bool largest_part, int32_t first, int32_t count,
                                            gpu_bodies& bodies);
-    template <class T>
     void compare(const char* function, const launch_shape& shape, const int32_t* robots,
-                 int32_t count, T* out, device_memory<T>& result, T* diversity_launch::*sums) const;
+                 int32_t count, double scale, device_memory<int64_t>& result, int64_t* out,
+                 std::size_t size) const;
     template <class Launch>
     void run(const char* entry, const char* function, const launch_shape& shape,
              const std::string& doing, const Launch& arguments) const;
@@ -117,8 +123,8 @@ private:
     device_memory<body_record> described_;  // [robot]
     mutable device_memory<int32_t> pairs_;  // [robot][2], or the robots of a set
     // Sums over the robots of a set. Freeing memory waits for all work of the GPU.
-    mutable device_memory<int64_t> same_;    // [voxel]
-    mutable device_memory<double> squares_;  // [gene]
+    mutable device_memory<int64_t> counts_;    // [voxel][material]
+    mutable device_memory<int64_t> of_genes_;  // [kind][gene]
     std::shared_ptr<gpu_bodies> bodies_;
 };
 
@@ -174,7 +180,7 @@ void gpu_population::fetch_genomes(float* genomes, int32_t first, int32_t count)
     stream_.synchronize("fetching genomes");
 }
 
-void gpu_population::initialize(uint32_t generation, int32_t first, int32_t count) {
+void gpu_population::initialize(uint32_t generation, int32_t before, int32_t first, int32_t count) {
     const limax_encoding_options& options = code_->code->options();
     initialize_launch arguments{};
     arguments.shape = code_->code->shape();
@@ -182,7 +188,7 @@ void gpu_population::initialize(uint32_t generation, int32_t first, int32_t coun
                        arguments.deviation);
     arguments.key = {options.seed, options.repetition, LIMAX_STREAM_INITIAL, generation, 0};
     arguments.genomes = genomes_.data() + int64_t(first) * genes_;
-    arguments.first = first;
+    arguments.first = before + first;
     arguments.count = count;
     arguments.genes = genes_;
     run("breed", "limax_initialize",
@@ -192,7 +198,8 @@ void gpu_population::initialize(uint32_t generation, int32_t first, int32_t coun
 }
 
 void gpu_population::breed(const device_population& parents, const int32_t* pairs,
-                           const limax_breeding& breeding, int32_t first, int32_t count) {
+                           const limax_breeding& breeding, int32_t before, int32_t first,
+                           int32_t count) {
     pairs_.upload(pairs, 2 * std::size_t(count), stream_);
     breed_launch arguments{};
     arguments.rates = {breeding.mutation_rate, breeding.mutation_scale, breeding.crossover_rate};
@@ -203,11 +210,11 @@ void gpu_population::breed(const device_population& parents, const int32_t* pair
     arguments.parents = dynamic_cast<const gpu_population&>(parents).genomes_.data();
     arguments.pairs = pairs_.data();
     arguments.genomes = genomes_.data() + int64_t(first) * genes_;
-    arguments.first = first;
+    arguments.first = before + first;
     arguments.count = count;
     arguments.genes = genes_;
     arguments.control_genes = code_->code->control_genes();
-    arguments.elites = breeding.elites;
+    arguments.elites = before + breeding.elites;
     run("breed", "limax_breed",
         {blocks_for(int64_t(count) * ((genes_ - 1) / gene_threads + 1)), gene_threads},
         format("breeding %d robots", count), arguments);
@@ -292,31 +299,43 @@ device_memory<int32_t> gpu_population::launch_describe(bool largest_part, int32_
     return scratch;
 }
 
-template <class T>
 void gpu_population::compare(const char* function, const launch_shape& shape, const int32_t* robots,
-                             int32_t count, T* out, device_memory<T>& result,
-                             T* diversity_launch::*sums) const {
+                             int32_t count, double scale, device_memory<int64_t>& result,
+                             int64_t* out, std::size_t size) const {
     if (std::size_t(count) > pairs_.size())
         pairs_ = device_memory<int32_t>(place_.gpu, std::size_t(count), "the robots of a set");
     pairs_.upload(robots, std::size_t(count), stream_);
-    diversity_launch arguments{
-        pairs_.data(),           count,   genomes_.data(),        nullptr, genes_,
-        bodies_->voxels_.data(), nullptr, int32_t(grid_.voxels())};
-    arguments.*sums = result.data();
+    diversity_launch arguments{pairs_.data(),
+                               count,
+                               genomes_.data(),
+                               genes_,
+                               scale,
+                               of_genes_.data(),
+                               bodies_->voxels_.data(),
+                               counts_.data(),
+                               int32_t(grid_.voxels())};
     run("diversity", function, shape, format("comparing %d robots", count), arguments);
-    result.download(out, result.size(), stream_);
+    result.download(out, size, stream_);
     stream_.synchronize("comparing robots");
 }
 
-void gpu_population::count_same(const int32_t* robots, int32_t count, int64_t* same) const {
+void gpu_population::count_materials(const int32_t* robots, int32_t count, int64_t* counts) const {
     const auto voxels = std::size_t(grid_.voxels());
     compare("limax_hamming", {unsigned((voxels - 1) / set_voxels + 1), set_voxels * set_warps},
-            robots, count, same, same_, &diversity_launch::same);
+            robots, count, 0.0, counts_, counts, counts_.size());
 }
 
-void gpu_population::sum_squares(const int32_t* robots, int32_t count, double* squares) const {
+uint32_t gpu_population::largest_gene(const int32_t* robots, int32_t count) const {
+    std::vector<int64_t> bits(static_cast<std::size_t>(genes_));
     compare("limax_genotype", {unsigned((genes_ - 1) / genotype_threads + 1), genotype_threads},
-            robots, count, squares, squares_, &diversity_launch::squares);
+            robots, count, 0.0, of_genes_, bits.data(), bits.size());
+    return uint32_t(*std::max_element(bits.begin(), bits.end()));
+}
+
+void gpu_population::sum_genes(const int32_t* robots, int32_t count, double scale,
+                               int64_t* sums) const {
+    compare("limax_genotype", {unsigned((genes_ - 1) / genotype_threads + 1), genotype_threads},
+            robots, count, scale, of_genes_, sums, of_genes_.size());
 }
 
 std::shared_ptr<device_population> make_population(std::shared_ptr<gpu_team> team,

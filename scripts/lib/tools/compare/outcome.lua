@@ -82,12 +82,12 @@ local function simulate(list, device, values, calls, on_progress)
   robots:check(materials, { require_muscle = false })
   local simulation = engine.simulation(robots, materials, scene, options, device)
   simulation:run(on_progress)
-  local all, mask = rows.new({ letters = rows.letters(config.lattice) }, #list), {}
+  local all, at = rows.new({ letters = rows.letters(config.lattice) }, #list), {}
   for i = 1, #list do
-    all[i].id, all[i].origin, mask[i] = i, "hand", true
+    all[i].id, all[i].origin, at[i] = i, "hand", i
   end
   rows.describe(all, robots, materials)
-  rows.settle(all, { simulation }, mask)
+  rows.settle(all, { simulation }, at)
   for i, run in ipairs(list) do
     if all[i].status == "done" then
       values[run] = scoring.call(calls[run], scored_robot.new(all[i], { population = robots,
