@@ -80,9 +80,10 @@ local in_common = false
 --- Begins or ends functions that all ranks call with the same arguments: they may read any robot.
 function division.set_common(value) in_common = value end
 
--- All genomes of this rank, float[count * genes].
+-- All genomes of this rank, float[count * genes]: those of the population, or a copy of a GPU's.
 local function own_genomes(robots)
   local own = robots.own
+  if robots.world.device.kind == "cpu" then return own:genome_view():pointer() end
   local memory = ffi.new("float[?]", own.count * own.genes)
   engine_population.copy_genomes(own, memory)
   return memory
@@ -165,14 +166,12 @@ function division.place(robots, i)
   return from, at and at[i]
 end
 
---- The genomes of all robots on rank 0, in order; nil on the others. Collective.
----@return ffi.cdata*|nil float[robots * genes]
-function division.all_genomes(robots)
-  local own, share = own_genomes(robots), robots.share
-  if exchange.count == 1 then return own end
+--- Collects the genomes of all robots, in order, on rank 0. Collective.
+---@param all ffi.cdata*|nil float[robots * genes] of rank 0
+function division.collect_genomes(robots, all)
+  if exchange.count == 1 then return engine_population.copy_genomes(robots.own, all) end
+  local own, share, count = own_genomes(robots), robots.share, robots.own.genes
   exchange.all(true) -- an error of a rank ends all here, and not within what follows
-  local count = robots.own.genes
-  local all = exchange.is_first and ffi.new("float[?]", share.total * count) or nil
   local function send(from, number, into, of_part)
     local sent, received = {}, {}
     for r = 1, exchange.count do
@@ -184,7 +183,6 @@ function division.all_genomes(robots)
   send(own, share.elites, all, share.all_elites)
   send(own + share.elites * count, share.count - share.elites, all and all
     + share.all_elites * count, share.total - share.all_elites)
-  return all
 end
 
 --- Gives each rank the genomes of its share, which rank 0 has. Collective.
@@ -222,9 +220,15 @@ end
 --- The genomes of the robots from which this rank breeds. Collective.
 ---@param sources integer[] numbers of the generation, which are sorted here by rank
 ---@param chosen string digest of all that survival and selection chose
----@return ffi.cdata* float[#sources * genes] in their order
-function division.parents(robots, sources, chosen)
-  if exchange.count == 1 then return division.genomes(robots, sources) end
+---@param more integer
+---@return limax.population of the engine, with these genomes in their order and place for `more`
+function division.parents(robots, sources, chosen, more)
+  local gathered, memory = robots.world:empty(#sources + more), nil
+  if exchange.count == 1 then
+    memory = division.genomes(robots, sources)
+    ffi.copy(gathered:genome_view():pointer(), memory, ffi.sizeof(memory))
+    return gathered
+  end
   local share, own_state = robots.share, rawget(robots, "state")
   table.sort(sources, function(a, b)
     local of_a, of_b = owner(share, a), owner(share, b)
@@ -255,9 +259,8 @@ function division.parents(robots, sources, chosen)
       filled = filled + 1
     end
   end
-  local into = ffi.new("float[?]", math.max(1, #sources * count))
-  exchange.trade(out, sent, into, received, size)
-  return into
+  exchange.trade(out, sent, gathered:genome_view():pointer(), received, size)
+  return gathered
 end
 
 -- ---- diversity ----------------------------------------------------------------------------------

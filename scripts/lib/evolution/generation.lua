@@ -56,7 +56,7 @@ for name in ([[ranked generation repetition parameters engine materials rows tri
   FIELDS[name] = true
 end
 for name in ([[world before decided going simulations traces unscored scored_with scored_by outdated
-    state_text remembered choice entry line places parents stored waits own share fetched genomes
+    state_text remembered choice entry line places parents stored waits own share fetched
     diversity]]):gmatch "%S+" do
   OF_LOOP[name] = true
 end

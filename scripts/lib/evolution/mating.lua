@@ -205,16 +205,14 @@ local function parents_of(robots, share, chosen)
   if not (of_archive[1] or robots.world.is_divided) then
     return { engine = robots.own, rows = robots.rows, pairs = own }
   end
-  local genomes, genes = division.parents(robots, needed, chosen.digest), robots.own.genes
-  local gathered, found, at = robots.world:empty(#needed + #of_archive), {}, {}
-  local memory = ffi.new("float[?]", gathered.count * genes)
-  ffi.copy(memory, genomes, #needed * genes * ffi.sizeof "float")
+  local gathered = division.parents(robots, needed, chosen.digest, #of_archive)
+  local found, at, genes = {}, {}, gathered.genes
   for _, row in ipairs(of_archive) do
-    ffi.copy(memory + #needed * genes, archived.genome(row), genes * ffi.sizeof "float")
+    ffi.copy(gathered:genome_view():pointer() + #needed * genes, archived.genome(row),
+      genes * ffi.sizeof "float")
     needed[#needed + 1] = row
   end
   for k, source in ipairs(needed) do at[source], found[k] = k, row_of(robots, source) end
-  gathered:set_genomes(memory)
   for k, pair in ipairs(own) do own[k] = { at[pair[1]], at[pair[2]] } end
   return { engine = gathered, rows = found, pairs = own }
 end

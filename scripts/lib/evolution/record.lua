@@ -100,7 +100,6 @@ local function gather(robots)
   robots.diversity = diversity.of_engine(sets[1], sets[2], robots.materials)
   for k = 1, math.min(step_check.ROBOTS, #ranked) do best[k] = ranked[k] end
   division.fetch(robots, best)
-  if robots.world.is_divided then robots.genomes = division.all_genomes(robots) end
 end
 
 --- Records a scored generation: ends its traces, and the first rank adds it to the history.
@@ -112,7 +111,7 @@ function record.enter(run, robots)
     robots.entry = remember(run, line, robots.decided.ledger)
     robots.entry.population, robots.line = robots, line
   else
-    robots.entry = {}
+    robots.entry, robots.line = {}, true
   end
   run.evaluations = run.evaluations + robots.evaluations
   generations.end_traces(robots, "its population was bred")
@@ -132,14 +131,16 @@ function Stored:engine_of(robots)
   return made
 end
 
---- Writes a recorded generation into the folder, once.
+--- Writes a recorded generation into the folder, once. Collective.
 function record.write(run, robots)
   local line = robots.line
   if not line then return end
   robots.line = nil
+  if not exchange.is_first then return division.collect_genomes(robots) end
   if run.folder then
     if robots.world.is_divided then robots.stored = stored_in(run.folder) end
     robots.timing.write = run.folder:write { robots = robots, metrics = line,
+      genomes = function(memory) division.collect_genomes(robots, memory) end,
       evaluations = run.evaluations, matrix = line.generation == 0 and run.world:matrix() or nil }
   else
     run.packed[line.generation] = rows_file.pack(robots.rows)

@@ -6,7 +6,6 @@ local ffi = require "ffi"
 local check = require "limax.run.check"
 local choice = require "limax.base.choice"
 local config = require "limax.run.config"
-local engine_population = require "limax.engine.population"
 local failure = require "limax.base.failure"
 local files = require "limax.run.files"
 local host = require "limax.host"
@@ -114,6 +113,7 @@ end
 ---@field robots limax.population.scored recorded
 ---@field metrics table its line
 ---@field evaluations integer of its repetition, up to here
+---@field genomes fun(memory: ffi.cdata*) writes them there, float[robots * genes]
 ---@field matrix number[][]|nil B of the encoding, with generation 0
 
 --- Writes a generation asynchronously; the line of the journal comes last. Raises an error of
@@ -137,13 +137,7 @@ function Folder:write(written)
   -- the longest array first: it takes the memory of the one before
   line.files.genomes = put_array(self, place "genomes",
     npy.header("<f4", { all.count, genes }), all.count * genes * ffi.sizeof "float",
-    function(memory)
-      if not robots.genomes then
-        return engine_population.copy_genomes(robots.own, ffi.cast("float *", memory))
-      end
-      ffi.copy(memory, robots.genomes, all.count * genes * ffi.sizeof "float")
-      robots.genomes = nil
-    end)
+    function(memory) written.genomes(ffi.cast("float *", memory)) end)
   line.files.robots = put_array(self, place "robots", structured.header(all.layout, all.count),
     bytes, function(memory) ffi.copy(memory, all.data, bytes) end)
   line.files.champion = put(self, place "champion",
