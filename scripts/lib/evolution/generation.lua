@@ -67,6 +67,9 @@ function class.__index(robots, key)
     -- genomes and bodies of old generations, and of other ranks, are read when they are needed
     rawset(robots, "engine", robots.stored:engine_of(robots))
     return rawget(robots, "engine")
+  elseif key == "engine" and rawget(robots, "own") then
+    failure.raise(1, "population.engine: no rank of mpirun has all robots; population[i].genome and"
+      .. " limax.diversity read those of others in a survival or a selection", 2)
   end
   if key == "state" and robots.world.experiment.state then
     failure.raise(1, "population.state is there after score, as the scores left it", 2)

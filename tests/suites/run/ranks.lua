@@ -62,6 +62,58 @@ test("any number of ranks gives the same bytes, also after a resume", function(t
   end
 end)
 
+-- Experiments whose functions read robots of other ranks, or make genes.
+local KINDS = {
+  { "survival, selection and supervisor that read genomes", [[fitness = "distance",
+    state = function() return { sum = 0 } end,
+    survival = function(robots, _, state)
+      local best = robots.ranked[1]
+      local again = limax.rescore.population(robots, { accuracy = "preview" }, { best, robots.ranked[7] })
+      state.sum = state.sum + limax.diversity.genotype(robots, "top") + robots[3].genome[5]
+        + robots[best].genome[2] + robots[5].body.mass + (again.fitness[best] or 0)
+      return { best, robots.ranked[2] }, { best, robots.ranked[4], robots.ranked[6] }
+    end,
+    selection = function(robots, random)
+      local count = #robots.ranked
+      local first = robots.ranked[random:integer(count)]
+      return first, robots.ranked[1 + math.floor(1e6 * math.abs(robots[first].genome[1])) % count]
+    end,
+    supervisor = function(history, _, _, state)
+      local robots = history[#history].population
+      return { mutation_scale = 0.1 + 1e-3 * math.abs(robots[20].genome[1])
+        + 0.01 * limax.diversity.hamming(robots) }, ("sum %.17g"):format(state.sum)
+    end]] },
+  { "newcomers on islands", [[fitness = "distance", survival = { "age_fitness", newcomers = 2 },
+    islands = { count = 3, every = 2, migrants = 1, topology = "ring" }]] },
+  { "genes by functions", [[fitness = "distance", genome = {
+    mutation = function(robots)
+      for _, i in ipairs(robots) do
+        local genes, random, first = robots:genes(i), robots:random(i), robots:parents(i)
+        for k = 1, #genes do genes[k] = 0.9 * first[k] + 0.3 * random:normal() end
+        robots.rows[i].origin = "bred"
+      end
+    end,
+    encoding = { genes = 27, express = function(robots)
+      for _, i in ipairs(robots) do
+        local genes, voxels = robots:genes(i), robots:voxels(i)
+        for k = 1, 27 do voxels[k] = math.floor(math.abs(genes[k]) * 3) % 5 end
+      end
+    end } }]] },
+}
+
+for _, kind in ipairs(KINDS) do
+  test("the same bytes on three ranks: " .. kind[1], function(t, folder)
+    evolution.script(folder .. "/kind.lua", [[lattice = { 3, 3, 3 }, population = 24,
+      generations = 4, simulation = { duration = 0.3, settle = 0.1, accuracy = "preview" }, ]]
+      .. kind[2])
+    for _, ranks in ipairs { 0, 3 } do
+      completes(ranks, t, folder, "run", "kind.lua", "-q", "--device", "cpu", "--out",
+        tostring(ranks))
+    end
+    same(t, folder .. "/3", folder .. "/0")
+  end)
+end
+
 -- The pids of the ranks of an mpirun.
 local function ranks_of(child)
   local pids = {}
@@ -166,4 +218,7 @@ test("a command for one process, and a loop of one's own, are refused", function
       limax.start(limax.experiment { name = "loop", population = 4, fitness = "walk" })]])
   done = on(2, folder, "loop.lua")
   t:ok(done.status == 2 and done.stderr:find "loop of your own runs in one process", done.stderr)
+  write_experiment(folder, 2)
+  done = on(7, folder, "run", "tiny.lua", "-q", "--device", "cpu")
+  t:ok(done.status == 2 and done.stderr:find "population = 12: 7 ranks .* at most 6", done.stderr)
 end)
