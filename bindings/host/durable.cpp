@@ -145,6 +145,17 @@ void append(const std::string& path, std::string_view text, mode_t mode) {
     if (created) sync_path(folder_of(path), O_DIRECTORY);
 }
 
+void expect_size(const std::string& path, std::size_t size) {
+    // an open file of a network has its current size
+    const descriptor file = open_own(path, O_RDONLY);
+    struct stat found {};
+    if (fstat(file.get(), &found) != 0) fail("read", path);
+    if (std::size_t(found.st_size) != size)
+        throw failure(path + " has " + std::to_string(found.st_size) + " bytes instead of " +
+                      std::to_string(size) +
+                      ": another process wrote it, so this one, whose lock was lost, ends");
+}
+
 void append_own(const std::string& path, std::string_view text) {
     const bool created = access(path.c_str(), F_OK) != 0;
     append_to(open_own(path, O_WRONLY | O_APPEND | O_CREAT), path, text);

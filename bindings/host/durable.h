@@ -77,6 +77,9 @@ void append(const std::string& path, std::string_view text, mode_t mode);
 // The same, but refuses links.
 void append_own(const std::string& path, std::string_view text);
 
+// Fails unless a file has this size.
+void expect_size(const std::string& path, std::size_t size);
+
 // A string argument that ends in a line break.
 inline std::string_view lines_argument(lua_State* L, int index) {
     const std::string_view text = text_argument(L, index);

@@ -20,6 +20,7 @@
 ---@field append_sealed fun(self, path: string, line: string, bytes: integer): integer a line of
 --- base/sealed.lua; placeholders in its first bytes are replaced
 ---@field hash fun(self, job: integer): string of an array on disk, once
+---@field expect fun(self, path: string, bytes: integer): integer fails unless a file has this size
 ---@field remove fun(self, path: string): integer a file, which may be missing
 ---@field wait fun(self, job?: integer): true|nil, string|nil until jobs up to this one, or all, are
 --- on disk

@@ -29,13 +29,13 @@ namespace {
 
 const char* const writer_type = "limax.writer";
 
-enum class task { write, write_array, append, append_sealed, remove };
+enum class task { write, write_array, append, append_sealed, expect, remove };
 
 struct job {
     std::string path;
     std::string bytes;
     task what;
-    std::size_t placeholders = 0;  // bytes of a sealed line that may contain some
+    std::size_t size = 0;  // bytes of a sealed line that may contain placeholders; of a file
 };
 
 constexpr std::size_t hash_digits = 16;
@@ -120,7 +120,7 @@ private:
     // Replaces the placeholders of a line, and then its own hash.
     void complete(job& line) const {
         const std::lock_guard lock(mutex_);
-        for (std::size_t at = sealed_at; at + hash_digits <= line.placeholders; ++at) {
+        for (std::size_t at = sealed_at; at + hash_digits <= line.size; ++at) {
             if (line.bytes[at] != '@') continue;
             const auto found = hashes_.find(line.bytes.substr(at, hash_digits));
             if (found != hashes_.end()) line.bytes.replace(at, hash_digits, found->second);
@@ -137,6 +137,7 @@ private:
                 return;
             case task::write: return replace(next.path, next.bytes);
             case task::append: return append_own(next.path, next.bytes);
+            case task::expect: return expect_size(next.path, next.size);
             case task::append_sealed: complete(next); return append_own(next.path, next.bytes);
             case task::write_array: break;
         }
@@ -242,6 +243,13 @@ int lua_append(lua_State* L) {
     return add_hashed(L, {path_argument(L, 2), std::string(lines_argument(L, 3)), task::append});
 }
 
+int lua_expect(lua_State* L) {
+    const lua_Number bytes = luaL_checknumber(L, 3);
+    luaL_argcheck(L, bytes >= 0 && bytes <= 9007199254740992.0, 3, "a size in bytes");
+    return push(L, writer_argument(L).add({path_argument(L, 2), {}, task::expect,
+                                           static_cast<std::size_t>(bytes)}));
+}
+
 int lua_remove(lua_State* L) {
     return push(L, writer_argument(L).add({path_argument(L, 2), {}, task::remove}));
 }
@@ -285,6 +293,7 @@ void add_writer(lua_State* L) {
     add_function<lua_append>(L, "append");
     add_function<lua_append_sealed>(L, "append_sealed");
     add_function<lua_hash>(L, "hash");
+    add_function<lua_expect>(L, "expect");
     add_function<lua_remove>(L, "remove");
     add_function<lua_wait>(L, "wait");
     add_function<lua_done>(L, "done");

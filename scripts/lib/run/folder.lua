@@ -92,8 +92,15 @@ local function append(self, name, repetition, line)
   return { self.sizes[place], hash }
 end
 
+-- Ends the run before its next write if another process wrote the journal: on a network file system
+-- a host that was cut off loses its lock.
+local function expect_journal(self)
+  self.writer:expect(self.journal.path, self.journal.bytes)
+end
+
 -- Appends a line to the journal.
 local function note(self, line, state_text)
+  expect_journal(self)
   if line.kind ~= "generation" then line.at = self.journal.bytes end
   local text, bytes = self.journal:add(line, state_text)
   if line.kind ~= "generation" then return (self.writer:append(self.journal.path, text)) end
@@ -124,6 +131,7 @@ function Folder:write(written)
   local repetition, generation = robots.repetition, robots.generation
   -- one generation of a repetition is being written at a time
   self:check(self.writer:wait(self.jobs[repetition] or 0))
+  expect_journal(self)
   local function place(kind) return files.place(kind, repetition, generation) end
   for _, kind in ipairs(generation == 0 and { "robots", "genomes", "champion" } or {}) do
     make_folder_of(self, place(kind))

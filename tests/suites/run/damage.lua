@@ -256,3 +256,26 @@ suite:test("what a killed process left is removed when the run goes on", functio
   for _, file in ipairs(left) do t:equal(host.file.exists(base .. "/best/" .. file), nil) end
   process.completes(t, base, { "list", "--check", "best" })
 end)
+
+suite:test("a process that lost its lock ends before it writes where another one went on",
+  function(t)
+    local folder = t:folder() .. "/r"
+    local run = evolution.small({ generations = 6 })
+    local limax = require "limax"
+    run = limax.start(run, { out = folder, say = evolution.silent })
+    local journal
+    local ok, problem = failure.attempt(function()
+      for robots in run:generations() do
+        if robots.generation == 2 then
+          run.folder:settle()
+          journal = source.read(folder .. "/journal.jsonl") .. "another process\n"
+          write(folder .. "/journal.jsonl", journal)
+        end
+      end
+    end)
+    t:ok(not ok and tostring(problem.text):find "journal.jsonl has .*another process wrote it",
+      tostring(problem.text))
+    t:equal(source.read(folder .. "/journal.jsonl"), journal)
+    t:ok(not host.file.exists(folder .. "/r01/champions/g0002.json"))
+    run.folder:close()
+  end)
