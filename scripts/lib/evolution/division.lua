@@ -265,40 +265,28 @@ end
 
 -- ---- diversity ----------------------------------------------------------------------------------
 
---- The engine's diversity of sets of robots, whose parts ranks add up. Collective.
----@param sets integer[][] of robots, at least one in each
----@return limax.diversity[]
-function division.diversity(robots, sets)
-  local own, result, lists, largest = robots.own, {}, {}, {}
-  for n, set in ipairs(sets) do
-    lists[n] = {}
-    for _, i in ipairs(set) do
-      lists[n][#lists[n] + 1] = robots.share:at(i)
-    end
-    if exchange.count == 1 then result[n] = own:diversity(lists[n])
-    else largest[n] = bodies.largest_gene(own, lists[n]) end
+--- The engine's diversity of a set of robots, whose parts ranks add up. Collective.
+---@param set integer[] at least one robot
+---@return limax.diversity
+function division.diversity(robots, set)
+  local own, list, largest = robots.own, {}, 0
+  for _, i in ipairs(set) do list[#list + 1] = robots.share:at(i) end
+  if exchange.count == 1 then return own:diversity(list) end
+  for _, value in ipairs(exchange.all(bodies.largest_gene(own, list))) do
+    -- not a number stays
+    if largest == largest and not (value <= largest) then largest = value end
   end
-  if exchange.count == 1 then return result end
-  for _, others in ipairs(exchange.all(largest)) do
-    -- also infinity; that of NaN is larger than all
-    for n, value in ipairs(others) do
-      if not (value <= largest[n]) then largest[n] = value end
-    end
-  end
-  for n, set in ipairs(sets) do
-    local sums, size = bodies.sums(own, lists[n], largest[n])
-    exchange.sum(sums, size)
-    local hashes = ffi.new("uint64_t[?]", #set)
-    for k, i in ipairs(set) do hashes[k - 1] = robots.rows.data[i - 1].body.hash end
-    result[n] = bodies.diversity_of(own, sums, largest[n], hashes, #set)
-  end
-  return result
+  local sums, size = bodies.sums(own, list, largest)
+  exchange.sum(sums, size)
+  local hashes = ffi.new("uint64_t[?]", #set)
+  for k, i in ipairs(set) do hashes[k - 1] = robots.rows.data[i - 1].body.hash end
+  return bodies.diversity_of(own, sums, largest, hashes, #set)
 end
 
---- The same of one set, for a script.
+--- The same for a script.
 function division.diversity_of(robots, set)
   if rawget(robots, "own") and (in_common or exchange.count == 1) then
-    return division.diversity(robots, { set })[1]
+    return division.diversity(robots, set)
   end
   return robots.engine and robots.engine:diversity(set)
 end

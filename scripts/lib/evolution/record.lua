@@ -96,8 +96,8 @@ end
 -- What the first rank needs of the others to record a generation.
 local function gather(robots)
   local ranked, best = robots.ranked, {}
-  local sets = division.diversity(robots, { ranked, diversity.top_half(ranked) })
-  robots.diversity = diversity.of_engine(sets[1], sets[2], robots.materials)
+  local of_ranks = { diversity = function(_, set) return division.diversity(robots, set) end }
+  robots.diversity = diversity.measure(of_ranks, ranked, robots.materials)
   for k = 1, math.min(step_check.ROBOTS, #ranked) do best[k] = ranked[k] end
   division.fetch(robots, best)
 end

@@ -59,8 +59,14 @@ end
 -- The keys of a robot's generation, and of tables that were made of its row.
 local GENERATION, TABLES = {}, {}
 
--- Fields that are made once, when they are first read.
+-- Fields that are made once, when they are first read; a genome of other ranks at each read, in
+-- which all of them take part.
 local made = {}
+
+local function is_divided(self)
+  local robots = rawget(self.context, "robots")
+  return robots ~= nil and robots.world.is_divided
+end
 
 --- The origin of a robot. Traces need `simulation`, the genome needs `population`.
 ---@class limax.robot.context
@@ -175,7 +181,7 @@ function class.__index(self, key)
   if computed[key] then return computed[key](self) end
   if made[key] then
     local value = made[key](self)
-    rawset(self, key, value)
+    if key ~= "genome" or not is_divided(self) then rawset(self, key, value) end
     return value
   end
   return methods[key] or strict.unknown("a robot", key, of_record, computed, made, methods)

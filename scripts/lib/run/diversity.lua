@@ -49,13 +49,6 @@ function diversity.measure(population, ranked, materials)
     top = named(population:diversity(diversity.top_half(ranked)), materials) }
 end
 
---- The same of what the engine answered.
----@param all limax.diversity
----@param top limax.diversity
-function diversity.of_engine(all, top, materials)
-  return { all = named(all, materials), top = named(top, materials) }
-end
-
 -- One measure of a script's scored population.
 local function of(population, part, field)
   local ranked, values = {}, nil

@@ -64,7 +64,8 @@ end)
 
 -- Experiments whose functions read robots of other ranks, or make genes.
 local KINDS = {
-  { "survival, selection and supervisor that read genomes", [[fitness = "distance",
+  { "survival, selection and supervisor that read genomes", [[
+    fitness = function(robot) return robot:distance() + 1e-9 * robot.genome[1] end,
     state = function() return { sum = 0 } end,
     survival = function(robots, _, state)
       local best = robots.ranked[1]
