@@ -296,8 +296,8 @@ typedef struct limax_diversity {
 limax_status limax_population_diversity(const limax_population* population, const int32_t* robots,
                                         int32_t count, limax_diversity* out);
 /* The same of a set whose robots are in several populations: the largest of the sets' largest
- * absolute genes, each 0 without genes or robots and not finite where a gene is not, then the sum of
- * their sums, [limax_population_sums_size], and the hashes of all `count` bodies. A set has less
+ * absolute genes, each 0 without genes or robots and not finite where a gene is not, then the sum
+ * of their sums, [limax_population_sums_size], and the hashes of all `count` bodies. A set has less
  * than 2^31 robots. */
 limax_status limax_population_largest_gene(const limax_population* population,
                                            const int32_t* robots, int32_t count, float* out);

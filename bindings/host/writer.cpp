@@ -246,8 +246,8 @@ int lua_append(lua_State* L) {
 int lua_expect(lua_State* L) {
     const lua_Number bytes = luaL_checknumber(L, 3);
     luaL_argcheck(L, bytes >= 0 && bytes <= 9007199254740992.0, 3, "a size in bytes");
-    return push(L, writer_argument(L).add({path_argument(L, 2), {}, task::expect,
-                                           static_cast<std::size_t>(bytes)}));
+    return push(L, writer_argument(L).add(
+                       {path_argument(L, 2), {}, task::expect, static_cast<std::size_t>(bytes)}));
 }
 
 int lua_remove(lua_State* L) {

@@ -1,6 +1,7 @@
-// ranks.cpp: what a run on several ranks needs of MPI: a gather, sums, genomes to the ranks that need
-// them, and a thread that notices when another rank is lost. A library of its own, which only a process loads that mpirun or srun
-// started; scripts/lib/base/ranks.lua declares and calls it. One thread calls its functions.
+// ranks.cpp: what a run on several ranks needs of MPI: a gather, sums, genomes to the ranks that
+// need them, and a thread that notices when another rank is lost. A library of its own, which only
+// a process loads that mpirun or srun started; scripts/lib/base/ranks.lua declares and calls it.
+// One thread calls its functions.
 #include <mpi.h>
 #include <pthread.h>
 #include <unistd.h>

@@ -42,7 +42,8 @@ public:
     // Sets `bodies` [count], with an unknown status.
     virtual void express(bool largest_part, int32_t first, int32_t count, limax_body* bodies) = 0;
 
-    // [voxel][LIMAX_MAX_MATERIALS]: the number of robots, of the `count` listed, that have it there.
+    // [voxel][LIMAX_MAX_MATERIALS]: the number of robots, of the `count` listed, that have it
+    // there.
     virtual void count_materials(const int32_t* robots, int32_t count, int64_t* counts) const = 0;
     // The largest magnitude_bits() of any gene of these robots.
     virtual uint32_t largest_gene(const int32_t* robots, int32_t count) const = 0;

@@ -146,8 +146,7 @@ limax_diversity population::diversity(const int32_t* robots, int32_t count) cons
     std::vector<int64_t> all(static_cast<std::size_t>(sums_size()));
     sums(robots, count, largest, all.data());
     std::vector<uint64_t> hashes;
-    for (int32_t k = 0; k < count; ++k)
-        hashes.push_back(bodies_[std::size_t(robots[k])].hash);
+    for (int32_t k = 0; k < count; ++k) hashes.push_back(bodies_[std::size_t(robots[k])].hash);
     return diversity_of(all.data(), largest, hashes.data(), count);
 }
 

@@ -10,9 +10,7 @@ namespace limax {
 inline constexpr int kinds_of_gene_sums = 3;
 
 // The bits of |gene|, which order as the values do; those of a gene that is not finite are larger.
-LIMAX_LAW uint32_t magnitude_bits(float gene) {
-    return bits_as<uint32_t>(gene) & 0x7fffffffu;
-}
+LIMAX_LAW uint32_t magnitude_bits(float gene) { return bits_as<uint32_t>(gene) & 0x7fffffffu; }
 LIMAX_LAW float magnitude_of(uint32_t bits) { return bits_as<float>(bits); }
 
 struct gene_sums {

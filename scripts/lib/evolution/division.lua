@@ -126,7 +126,7 @@ function division.fetch(robots, list)
 end
 
 -- The engine's population that has all these robots, and the places there; nil if none has.
-local function found(robots, list, from, place_of)
+local function found(list, from, place_of)
   local at = {}
   for _, i in ipairs(list) do
     at[i] = place_of(i)
@@ -144,18 +144,18 @@ function division.reach(robots, list)
   local own, share, fetched = rawget(robots, "own"), robots.share, rawget(robots, "fetched")
   -- all ranks must take part, or none
   if own and not (in_common and exchange.count > 1) then
-    local from, at = found(robots, list, own, function(i) return share:at(i) end)
+    local from, at = found(list, own, function(i) return share:at(i) end)
     if from then return from, at end
   end
   if fetched then
-    local from, at = found(robots, list, fetched.engine, function(i) return fetched.at[i] end)
+    local from, at = found(list, fetched.engine, function(i) return fetched.at[i] end)
     if from then return from, at end
   end
   if own and in_common then
     division.fetch(robots, list)
     return robots.fetched.engine, robots.fetched.at
   end
-  return found(robots, list, robots.engine, function(i) return i end)
+  return found(list, robots.engine, function(i) return i end)
 end
 
 --- The same of one robot.
@@ -223,9 +223,9 @@ end
 ---@param more integer
 ---@return limax.population of the engine, with these genomes in their order and place for `more`
 function division.parents(robots, sources, chosen, more)
-  local gathered, memory = robots.world:empty(#sources + more), nil
+  local gathered = robots.world:empty(#sources + more)
   if exchange.count == 1 then
-    memory = division.genomes(robots, sources)
+    local memory = division.genomes(robots, sources)
     ffi.copy(gathered:genome_view():pointer(), memory, ffi.sizeof(memory))
     return gathered
   end

@@ -29,8 +29,8 @@ local strict = require "limax.engine.strict"
 ---@field generation integer 0, 1, ...
 ---@field repetition integer 1, 2, ...
 ---@field parameters table<string, number> that it was bred with
----@field engine limax.population genomes and bodies; on several ranks, and of old generations, it is
---- read from the run folder
+---@field engine limax.population genomes and bodies; on several ranks, and of old generations, they
+--- are read from the run folder
 ---@field own limax.population|nil genomes and bodies of this rank's share, as they were made
 ---@field share limax.share the robots of this rank
 ---@field materials limax.materials that it is made of

@@ -53,8 +53,8 @@ end
 
 ---@class limax.islands.steps functions of the loop that work on one island
 ---@field survive fun(view: table): integer[], table survivors, and the pool of parents
----@field choose fun(pool: table, child: integer, elites: integer): (integer|limax.archive.row)[]|nil
---- two parents; nil for a robot of another rank
+---@field choose fun(pool: table, child: integer, elites: integer): table|nil two parents; nil for a
+--- robot of another rank
 ---@field random limax.random of the topology
 
 -- The survivors of each island by their indices in the whole population.

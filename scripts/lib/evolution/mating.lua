@@ -206,10 +206,10 @@ local function parents_of(robots, share, chosen)
     return { engine = robots.own, rows = robots.rows, pairs = own }
   end
   local gathered = division.parents(robots, needed, chosen.digest, #of_archive)
-  local found, at, genes = {}, {}, gathered.genes
+  local found, at, size = {}, {}, gathered.genes * ffi.sizeof "float"
   for _, row in ipairs(of_archive) do
-    ffi.copy(gathered:genome_view():pointer() + #needed * genes, archived.genome(row),
-      genes * ffi.sizeof "float")
+    ffi.copy(gathered:genome_view():pointer() + #needed * gathered.genes, archived.genome(row),
+      size)
     needed[#needed + 1] = row
   end
   for k, source in ipairs(needed) do at[source], found[k] = k, row_of(robots, source) end

@@ -153,7 +153,8 @@ local function rebuilt(run, kept, all, genomes)
   local world, share = run.world, division.share(all.count, 0)
   local own = genomes and world:empty_share(share)
   if own then own:set_genomes(genomes) end
-  local robots = generations.new(world, { share = share, own = own, generation = kept.generation, rows = all,
+  local robots = generations.new(world, { share = share, own = own,
+    generation = kept.generation, rows = all,
     materials = world:materials_with(kept.metrics.materials), parameters = kept.metrics.parameters,
     ranked = metrics.rank(all), evaluations = kept.metrics.evaluations,
     decided = { ledger = kept.ledger } })
@@ -219,8 +220,8 @@ local function read_archive(run, folder, last)
   return archived.pack(list)
 end
 
---- The last generation of a folder as plain data, for all ranks, and its genomes, for the first one;
---- nil if it has none. Fills the history with those before it.
+--- The last generation of a folder as plain data, for all ranks, and its genomes, for the first
+--- one; nil if it has none. Fills the history with those before it.
 ---@param run limax.run of the first rank
 function record.kept(run)
   local folder, repetition = run.folder, run.world.repetition

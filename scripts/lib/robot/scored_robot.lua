@@ -102,7 +102,8 @@ local function context_of(robots, i, other)
   local function context(k)
     local trial = robots.trials[k]
     return setmetatable({ robots = robots, number = i, trial = k, materials = materials,
-      population = other.population, index = other.index, scene = trial.scene, options = other.options and other.options[k] or trial.options,
+      population = other.population, index = other.index, scene = trial.scene,
+      options = other.options and other.options[k] or trial.options,
       traces = other.traces }, Context)
   end
   local whole = context(1)

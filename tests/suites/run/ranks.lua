@@ -69,7 +69,8 @@ local KINDS = {
     state = function() return { sum = 0 } end,
     survival = function(robots, _, state)
       local best = robots.ranked[1]
-      local again = limax.rescore.population(robots, { accuracy = "preview" }, { best, robots.ranked[7] })
+      local again = limax.rescore.population(robots, { accuracy = "preview" },
+        { best, robots.ranked[7] })
       state.sum = state.sum + limax.diversity.genotype(robots, "top") + robots[3].genome[5]
         + robots[best].genome[2] + robots[5].body.mass + (again.fitness[best] or 0)
       return { best, robots.ranked[2] }, { best, robots.ranked[4], robots.ranked[6] }

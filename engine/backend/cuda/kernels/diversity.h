@@ -10,7 +10,9 @@ extern "C" __global__ void __launch_bounds__(limax::cuda::genotype_threads)
     const int64_t gene = int64_t(blockIdx.x) * cuda::genotype_threads + threadIdx.x;
     if (gene >= launch.genes) return;
     const float* const column = launch.genomes + gene;
-    const auto gene_of = [&](int32_t k) { return column[int64_t(launch.robots[k]) * launch.genes]; };
+    const auto gene_of = [&](int32_t k) {
+        return column[int64_t(launch.robots[k]) * launch.genes];
+    };
     if (launch.scale == 0.0) {
         uint32_t largest = 0;
 #pragma unroll 16
