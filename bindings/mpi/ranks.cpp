@@ -86,6 +86,20 @@ void watch() {
     }
 }
 
+// Counts of MPI are int: of items, of which there may be more than 2 GB.
+MPI_Datatype item_of(int bytes) {
+    MPI_Datatype item{};
+    MPI_Type_contiguous(bytes, MPI_BYTE, &item);
+    MPI_Type_commit(&item);
+    return item;
+}
+
+void count_items(const int* numbers, std::vector<int>& own, std::vector<int>& first) {
+    own.assign(numbers, numbers + ranks);
+    first.assign(ranks, 0);
+    std::partial_sum(own.begin(), own.end() - 1, first.begin() + 1);
+}
+
 // A child process is not a rank.
 void forget_launcher() {
     std::vector<std::string> names;
@@ -143,21 +157,23 @@ LIMAX_PUBLIC void limax_ranks_sum(int64_t* values, int count) {
     MPI_Iallreduce(MPI_IN_PLACE, values, count, MPI_INT64_T, MPI_SUM, MPI_COMM_WORLD, &pending);
 }
 
+// Begins to complete items of `bytes` in place: each rank has a part of them, in the order of the
+// ranks, which `numbers` [rank] counts.
+LIMAX_PUBLIC void limax_ranks_share(void* items, const int* numbers, int bytes) {
+    count_items(numbers, counts, places);
+    MPI_Datatype item = item_of(bytes);
+    MPI_Iallgatherv(MPI_IN_PLACE, 0, MPI_DATATYPE_NULL, items, counts.data(), places.data(), item,
+                    MPI_COMM_WORLD, &pending);
+    MPI_Type_free(&item);
+}
+
 // Begins to send items of `bytes` to each rank, and to receive some from each. `out` and `in` hold
 // them by rank, `sent` and `received` [rank] count them.
 LIMAX_PUBLIC void limax_ranks_trade(const void* out, const int* sent, void* in, const int* received,
                                     int bytes) {
-    const auto counted = [](const int* numbers, std::vector<int>& own, std::vector<int>& first) {
-        own.assign(numbers, numbers + ranks);
-        first.assign(ranks, 0);
-        std::partial_sum(own.begin(), own.end() - 1, first.begin() + 1);
-    };
-    counted(sent, counts, places);
-    counted(received, counts_in, places_in);
-    // counts of MPI are int: of items, of which there may be more than 2 GB
-    MPI_Datatype item{};
-    MPI_Type_contiguous(bytes, MPI_BYTE, &item);
-    MPI_Type_commit(&item);
+    count_items(sent, counts, places);
+    count_items(received, counts_in, places_in);
+    MPI_Datatype item = item_of(bytes);
     MPI_Ialltoallv(out, counts.data(), places.data(), item, in, counts_in.data(), places_in.data(),
                    item, MPI_COMM_WORLD, &pending);
     MPI_Type_free(&item);

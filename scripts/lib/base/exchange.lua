@@ -65,6 +65,9 @@ end
 --- after the same exchange, with nothing in between that may fail.
 function exchange.trade(...) ranks.trade(...) end
 
+--- Completes items in place, as ranks.share, under the same conditions.
+function exchange.share(...) ranks.share(...) end
+
 --- Keeps a warning of this rank for the next `take_warnings`; rank 0 shows it.
 function exchange.warn(text, key) warnings[#warnings + 1] = { text = text, key = key } end
 

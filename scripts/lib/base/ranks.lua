@@ -76,6 +76,15 @@ function ranks.sum(values, count)
   complete(values)
 end
 
+--- Completes items in place, of which each rank has a part, in the order of the ranks.
+---@param numbers integer[] of each rank, from 1
+---@param bytes integer of an item
+function ranks.share(items, numbers, bytes)
+  local list = ffi.new("int[?]", ranks.count, numbers)
+  ffi.C.limax_ranks_share(items, list, bytes)
+  complete(items, list)
+end
+
 --- Sends items to each rank and receives some from each. Both lists of counts are by rank, from 1,
 --- and agree between ranks; both memories hold the items in the order of the ranks.
 ---@param bytes integer of an item
@@ -109,6 +118,7 @@ local function start()
     void limax_ranks_gather_sizes(const int64_t* own, int64_t* sizes);
     void limax_ranks_gather(const char* text, const int64_t* sizes, char* all);
     void limax_ranks_sum(int64_t* values, int count);
+    void limax_ranks_share(void* items, const int* numbers, int bytes);
     void limax_ranks_trade(const void* out, const int* sent, void* in, const int* received,
       int bytes);
     int limax_ranks_done(void);

@@ -11,7 +11,7 @@ local exchange = require "limax.base.exchange"
 local failure = require "limax.base.failure"
 local genes = require "limax.experiment.genes"
 local host = require "limax.host"
-local rows_file = require "limax.robot.rows_file"
+local rows = require "limax.robot.rows"
 local state = require "limax.run.state"
 
 local division = {}
@@ -303,24 +303,19 @@ local function check_state(robots, own_state)
   end
 end
 
--- The robots that a rank simulated.
-local function simulated(robots, rank)
-  local list, share = {}, division.share(robots.share.total, robots.share.all_elites, rank)
-  for k = 1, share.count do
-    local i = share:number(k)
-    if robots.unscored[i] then list[#list + 1] = i end
+-- Receives the rows of other ranks, which have the same fields.
+local function share_rows(robots)
+  local all, share = robots.rows, robots.share
+  for _, each in ipairs { { 0, share.all_elites },
+    { share.all_elites, share.total - share.all_elites } } do
+    local numbers = {}
+    for r = 1, exchange.count do
+      local first, last = part(each[2], r - 1)
+      numbers[r] = last - first
+    end
+    exchange.share(all.data + each[1], numbers, all.layout.size)
   end
-  return list
-end
-
--- Copies the robots that another rank scored into this generation.
-local function take(robots, list, bytes)
-  if not list[1] then return end
-  local sent, message = rows_file.read(bytes, robots.rows.materials)
-  if not sent or sent.count ~= #list then
-    failure.raise(1, "a rank sent robots that cannot be read: " .. (message or "not all"))
-  end
-  rows_file.take(robots.rows, list, sent)
+  all.stamp = all.stamp + 1
 end
 
 --- Sends the robots that this rank scored to all others, and receives theirs.
@@ -331,16 +326,19 @@ function division.exchange(robots, failures, own_state)
   if not robots.unscored then return failures end
   check_state(robots, own_state)
   local began = host.clock()
+  local facts, failed = robots.rows.facts, {}
   local messages = exchange.all { failures = failures, warnings = exchange.take_warnings(),
-    robots = rows_file.pack(robots.rows, simulated(robots, exchange.index)) }
+    cases = facts.cases, measures = facts.measures }
+  for _, message in ipairs(messages) do
+    rows.widen(robots.rows, message.cases or 0, message.measures or {})
+  end
+  share_rows(robots)
   robots.timing.ranks = host.clock() - began
-  local failed = {}
-  for k, message in ipairs(messages) do
-    if k ~= exchange.index + 1 then take(robots, simulated(robots, k - 1), message.robots) end
+  for _, message in ipairs(messages) do
     for _, each in ipairs(message.failures) do failed[#failed + 1] = each end
     for _, each in ipairs(message.warnings) do robots.world.say(each.text, each.key) end
   end
-  robots.unscored = nil
+  robots.unscored = false
   -- in the order of the robots, whoever scored them
   table.sort(failed, function(a, b) return a.index < b.index end)
   return failed

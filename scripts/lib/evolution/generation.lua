@@ -215,15 +215,14 @@ end
 -- Finds the robots to simulate here: those of this rank without a status (elites keep theirs).
 -- Returns also the number of robots without a status on all ranks.
 local function unsimulated(robots)
-  local which, count, all = {}, 0, {}
+  local which, count = {}, 0
   for i, row in ipairs(robots.rows) do
-    all[i] = row.status == nil
-    if all[i] then
+    if row.status == nil then
       count = count + 1
       if robots.share:at(i) then which[#which + 1] = i end
     end
   end
-  if robots.world.is_divided and count > 0 then robots.unscored = all end
+  robots.unscored = robots.world.is_divided and count > 0
   return which, count
 end
 

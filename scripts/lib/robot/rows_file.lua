@@ -9,15 +9,10 @@ local structured = require "limax.base.structured"
 
 local rows_file = {}
 
---- The bytes of some robots, or of all.
-function rows_file.pack(all, indices)
-  local some = all
-  if indices then
-    some = structured.new(all.layout, #indices)
-    for k, i in ipairs(indices) do structured.copy(some, k - 1, all, i - 1, 1) end
-  end
-  return structured.header(all.layout, some.count)
-    .. ffi.string(some.data, some.count * all.layout.size)
+--- The bytes of robots.
+function rows_file.pack(all)
+  return structured.header(all.layout, all.count)
+    .. ffi.string(all.data, all.count * all.layout.size)
 end
 
 -- The facts of an array that was read.
@@ -79,14 +74,6 @@ function rows_file.read(bytes, materials)
     if problem then return nil, ("robot %d: %s"):format(i + 1, problem) end
   end
   return all
-end
-
---- Copies robots from an array that may have other fields, by the names of the fields.
----@param indices integer[] of these robots here
-function rows_file.take(all, indices, from)
-  rows.widen(all, from.facts.cases or 0, from.facts.measures or {})
-  for k, i in ipairs(indices) do structured.copy(all, i - 1, from, k - 1, 1) end
-  all.stamp = all.stamp + 1
 end
 
 return rows_file
