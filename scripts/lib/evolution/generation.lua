@@ -29,10 +29,8 @@ local strict = require "limax.engine.strict"
 ---@field generation integer 0, 1, ...
 ---@field repetition integer 1, 2, ...
 ---@field parameters table<string, number> that it was bred with
----@field engine limax.population genomes and bodies; on several ranks, and of old generations, they
---- are read from the run folder
----@field own limax.population|nil genomes and bodies of this rank's share, as they were made
----@field share limax.share the robots of this rank
+---@field engine limax.population genomes and bodies; on several ranks of mpirun only a supervisor
+--- has them
 ---@field materials limax.materials that it is made of
 ---@field rows limax.row[] one per robot, with its fields
 ---@field trials limax.trial[] in which its robots are simulated
@@ -49,7 +47,9 @@ local class = { methods = Population }
 -- `before` has the state, the archive and the fitness of the generation before. `decided` has the
 -- supervisor's decision: ledger, numbers for timing.jsonl, did the supervisor fail? `going` are its
 -- simulations while they are advanced, `traces` those of each robot after that, `waits` is true
--- while there is no memory for them, and `choice` is the argument of `breed`.
+-- while there is no memory for them, and `choice` is the argument of `breed`. `share` says which
+-- robots this rank has, `own` is the engine's population of these, `unscored` is true until other
+-- ranks have their rows, and `fetched` are some robots of others (division.lua).
 local FIELDS, OF_LOOP = {}, {}
 for name in ([[ranked generation repetition parameters engine materials rows trials archive
     evaluations timing island state]]):gmatch "%S+" do
