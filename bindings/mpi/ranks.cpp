@@ -33,6 +33,7 @@ constexpr int tag_alive = 1, tag_finished = 2;
 int rank = 0, ranks = 1;
 MPI_Comm signs = MPI_COMM_NULL;
 MPI_Request pending = MPI_REQUEST_NULL;
+MPI_Datatype item = MPI_DATATYPE_NULL;  // of what is pending
 std::vector<int> counts, places, counts_in, places_in;
 std::thread watcher;
 std::atomic<bool> stop_watching{false}, rank_0_reports{false};
@@ -87,11 +88,9 @@ void watch() {
 }
 
 // Counts of MPI are int: of items, of which there may be more than 2 GB.
-MPI_Datatype item_of(int bytes) {
-    MPI_Datatype item{};
+void begin_items(int bytes) {
     MPI_Type_contiguous(bytes, MPI_BYTE, &item);
     MPI_Type_commit(&item);
-    return item;
 }
 
 void count_items(const int* numbers, std::vector<int>& own, std::vector<int>& first) {
@@ -161,10 +160,9 @@ LIMAX_PUBLIC void limax_ranks_sum(int64_t* values, int count) {
 // ranks, which `numbers` [rank] counts.
 LIMAX_PUBLIC void limax_ranks_share(void* items, const int* numbers, int bytes) {
     count_items(numbers, counts, places);
-    MPI_Datatype item = item_of(bytes);
+    begin_items(bytes);
     MPI_Iallgatherv(MPI_IN_PLACE, 0, MPI_DATATYPE_NULL, items, counts.data(), places.data(), item,
                     MPI_COMM_WORLD, &pending);
-    MPI_Type_free(&item);
 }
 
 // Begins to send items of `bytes` to each rank, and to receive some from each. `out` and `in` hold
@@ -173,16 +171,16 @@ LIMAX_PUBLIC void limax_ranks_trade(const void* out, const int* sent, void* in, 
                                     int bytes) {
     count_items(sent, counts, places);
     count_items(received, counts_in, places_in);
-    MPI_Datatype item = item_of(bytes);
+    begin_items(bytes);
     MPI_Ialltoallv(out, counts.data(), places.data(), item, in, counts_in.data(), places_in.data(),
                    item, MPI_COMM_WORLD, &pending);
-    MPI_Type_free(&item);
 }
 
 // Whether what was begun last is complete.
 LIMAX_PUBLIC int limax_ranks_done(void) {
     int done = 0;
     MPI_Test(&pending, &done, MPI_STATUS_IGNORE);
+    if (done != 0 && item != MPI_DATATYPE_NULL) MPI_Type_free(&item);
     return done;
 }
 
@@ -199,10 +197,15 @@ LIMAX_PUBLIC int limax_ranks_reports(void) {
     return rank == 1 && !rank_0_reports ? 1 : 0;
 }
 
-// Leaves the other ranks. All ranks must call it, one after a gather at the end of its work.
-LIMAX_PUBLIC void limax_ranks_finish(void) {
+// Ends the thread that watches, and so all transfers.
+LIMAX_PUBLIC void limax_ranks_stop(void) {
     stop_watching = true;
     if (watcher.joinable()) watcher.join();
+}
+
+// Leaves the other ranks. All ranks must call it, one after a gather at the end of its work.
+LIMAX_PUBLIC void limax_ranks_finish(void) {
+    limax_ranks_stop();
     MPI_Finalize();
 }
 }

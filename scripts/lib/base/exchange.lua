@@ -91,6 +91,7 @@ function exchange.finish(status)
   if is_apart and status ~= 0 then return status end -- mpirun ends the others
   if not is_interrupted then host.protect(ranks.finish) end
   if not reports then host.protect(host.wait, LONGEST_REPORT) end
+  if is_interrupted then ranks.stop() end
   return status
 end
 

@@ -79,25 +79,32 @@ end
 --- Completes items in place, of which each rank has a part, in the order of the ranks.
 ---@param numbers integer[] of each rank, from 1
 ---@param bytes integer of an item
-function ranks.share(items, numbers, bytes)
+---@param owner? any keeps the memory
+function ranks.share(items, numbers, bytes, owner)
   local list = ffi.new("int[?]", ranks.count, numbers)
   ffi.C.limax_ranks_share(items, list, bytes)
-  complete(items, list)
+  complete(items, list, owner)
 end
 
 --- Sends items to each rank and receives some from each. Both lists of counts are by rank, from 1,
 --- and agree between ranks; both memories hold the items in the order of the ranks.
 ---@param bytes integer of an item
-function ranks.trade(out, sent, into, received, bytes)
+---@param owner? any keeps the memory
+function ranks.trade(out, sent, into, received, bytes, owner)
   local function counts(list) return ffi.new("int[?]", ranks.count, list) end
   local a, b = counts(sent), counts(received)
   ffi.C.limax_ranks_trade(out, a, into, b, bytes)
-  complete(out, a, into, b)
+  complete(out, a, into, b, owner)
 end
 
 --- Does this rank report that the run ended early? Rank 0 does, or rank 1 where rank 0 is lost.
 function ranks.reports()
   return ranks.count == 1 or ffi.C.limax_ranks_reports() == 1
+end
+
+--- Ends all work of MPI in this process, whose memory is about to be freed.
+function ranks.stop()
+  if ranks.count > 1 then ffi.C.limax_ranks_stop() end
 end
 
 --- Leaves the other ranks at the end of all work. Collective.
@@ -123,6 +130,7 @@ local function start()
       int bytes);
     int limax_ranks_done(void);
     int limax_ranks_reports(void);
+    void limax_ranks_stop(void);
     void limax_ranks_finish(void);
   ]]
   local own, count = ffi.new "int[1]", ffi.new "int[1]"

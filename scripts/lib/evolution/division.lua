@@ -120,7 +120,9 @@ function division.fetch(robots, list)
   if not robots.world.is_divided or #list == 0 then return end
   local fetched = { engine = robots.world:empty(#list), at = {} }
   fetched.engine:set_genomes(division.genomes(robots, list))
-  genes.express(robots.world:rules(robots), fetched.engine)
+  local rules = robots.world:rules(robots)
+  rules.number = function(k) return list[k] end
+  genes.express(rules, fetched.engine)
   for k, i in ipairs(list) do fetched.at[i] = k end
   robots.fetched = fetched
 end
@@ -178,7 +180,7 @@ function division.collect_genomes(robots, all)
       local first, last = part(of_part, r - 1)
       sent[r], received[r] = r == 1 and number or 0, exchange.is_first and last - first or 0
     end
-    exchange.trade(from, sent, into, received, count * ffi.sizeof "float")
+    exchange.trade(from, sent, into, received, count * ffi.sizeof "float", robots)
   end
   send(own, share.elites, all, share.all_elites)
   send(own + share.elites * count, share.count - share.elites, all and all
@@ -196,6 +198,7 @@ function division.deal(share, all, count)
     sent[r] = exchange.is_first and division.share(share.total, share.all_elites, r - 1).count or 0
     received[r] = r == 1 and share.count or 0
   end
+  exchange.all(true)
   exchange.trade(all, sent, into, received, count * ffi.sizeof "float")
   return into
 end
@@ -241,10 +244,11 @@ function division.parents(robots, sources, chosen, more)
     local from = owner(share, i) + 1
     received[from] = received[from] + 1
   end
+  local own, count = own_genomes(robots), robots.own.genes
   local messages = exchange.all { parents = chosen, state = own_state and state.encode(own_state),
     counts = received, wanted = ffi.string(wanted, 4 * #sources) }
   compare(robots.generation + 1, messages)
-  local own, count, sent, total = own_genomes(robots), robots.own.genes, {}, 0
+  local sent, total = {}, 0
   for r, message in ipairs(messages) do
     sent[r] = message.counts[exchange.index + 1]
     total = total + sent[r]
@@ -259,7 +263,9 @@ function division.parents(robots, sources, chosen, more)
       filled = filled + 1
     end
   end
-  exchange.trade(out, sent, gathered:genome_view():pointer(), received, size)
+  local into = gathered:genome_view():pointer()
+  exchange.all(true) -- an error of a rank ends all here, and not within what follows
+  exchange.trade(out, sent, into, received, size, { robots.own, gathered })
   return gathered
 end
 
@@ -278,8 +284,10 @@ function division.diversity(robots, set)
   end
   local sums, size = bodies.sums(own, list, largest)
   exchange.sum(sums, size)
+  -- an island has a part of the rows
+  local data = (rawget(robots, "whole") or robots).rows.data
   local hashes = ffi.new("uint64_t[?]", #set)
-  for k, i in ipairs(set) do hashes[k - 1] = robots.rows.data[i - 1].body.hash end
+  for k, i in ipairs(set) do hashes[k - 1] = data[i - 1].body.hash end
   return bodies.diversity_of(own, sums, largest, hashes, #set)
 end
 
@@ -313,7 +321,7 @@ local function share_rows(robots)
       local first, last = part(each[2], r - 1)
       numbers[r] = last - first
     end
-    exchange.share(all.data + each[1], numbers, all.layout.size)
+    exchange.share(all.data + each[1], numbers, all.layout.size, all)
   end
   all.stamp = all.stamp + 1
 end

@@ -49,7 +49,8 @@ local class = { methods = Population }
 -- simulations while they are advanced, `traces` those of each robot after that, `waits` is true
 -- while there is no memory for them, and `choice` is the argument of `breed`. `share` says which
 -- robots this rank has, `own` is the engine's population of these, `unscored` is true until other
--- ranks have their rows, and `fetched` are some robots of others (division.lua).
+-- ranks have their rows, and `fetched` are some robots of others (division.lua). `whole` is the
+-- generation of an island.
 local FIELDS, OF_LOOP = {}, {}
 for name in ([[ranked generation repetition parameters engine materials rows trials archive
     evaluations timing island state]]):gmatch "%S+" do
@@ -57,7 +58,7 @@ for name in ([[ranked generation repetition parameters engine materials rows tri
 end
 for name in ([[world before decided going simulations traces unscored scored_with scored_by outdated
     state_text remembered choice entry line places parents stored waits own share fetched
-    diversity]]):gmatch "%S+" do
+    diversity whole]]):gmatch "%S+" do
   OF_LOOP[name] = true
 end
 
@@ -327,6 +328,10 @@ end
 ---@return number seconds wall time of simulating
 function generation.again(robots, which, materials, options)
   local population, places = division.reach(robots, which)
+  if not population then
+    failure.raise(2, "these robots have no genomes any more: a run without a folder keeps them for"
+      .. " the last three generations; limax.start(experiment, { out = FOLDER }) keeps all", 3)
+  end
   local mask, at = masked(population.count, which, function(i) return places[i] end)
   -- kernels are compiled and springs made before the clock starts
   local again, simulations = {}, prepared(robots, population, mask, materials, options)

@@ -12,7 +12,7 @@ local function views(robots, count)
   local list, place = {}, {}
   for k = 1, count do
     local view = generations.part(robots)
-    view.island, view.rows, view.places, view.ranked = k, {}, {}, {}
+    view.island, view.rows, view.places, view.ranked, view.whole = k, {}, {}, {}, robots
     list[k] = view
   end
   for i, row in ipairs(robots.rows) do

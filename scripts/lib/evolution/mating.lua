@@ -282,12 +282,11 @@ function mating.breed(world, robots, decided, chosen)
   -- an elite keeps its score under the same materials, in the same trials
   local keep = decided.same_materials and world.trials(robots.generation + 1) == robots.trials
     and not robots.outdated
-  local all, own_rows = rows_of(robots, share, chosen, keep), {}
-  for k = 1, share.count do own_rows[k] = all[share:number(k)] end
+  local all = rows_of(robots, share, chosen, keep)
   local rules = world:rules { materials = materials, parameters = decided.parameters,
     state = rawget(robots, "state"), share = share }
   local bred = genes.breed(rules, { generation = robots.generation + 1, elites = share.elites,
-    pairs = parents.pairs, parents = parents.engine, rows = own_rows, parent_rows = parents.rows })
+    pairs = parents.pairs, parents = parents.engine, rows = all, parent_rows = parents.rows })
   if world.experiment.survival.ages then
     local places = renew(robots, all, share, chosen, world.experiment.survival.newcomers)
     genes.initialize(rules, bred, places, robots.generation + 1)

@@ -127,7 +127,9 @@ function Stored:engine_of(robots)
   local made = robots.world:empty()
   self.folder:settle() -- it may be about to be written
   made:set_genomes(self.folder:genomes(robots.repetition, robots.generation))
-  genes.express(robots.world:rules(robots), made)
+  local rules = robots.world:rules(robots)
+  rules.number = nil -- it has all robots
+  genes.express(rules, made)
   return made
 end
 

@@ -146,6 +146,7 @@ function World:rules(fields)
     lattice = self.config.lattice, materials = fields.materials, parameters = fields.parameters,
     state = rawget(fields, "state"), seed = self.config.seed, repetition = self.repetition,
     require_muscle = self.config.genome.require_muscle, device = self.device,
+    number = self.is_divided and function(k) return fields.share:number(k) end or nil,
     empty = function() return self:empty_share(fields.share) end, say = self.say }
 end
 

@@ -41,24 +41,30 @@ class.__newindex = strict.read_only("a list of robots", "write to their genes, o
   .. " robots.state")
 
 --- Makes a batch. `parts` holds what its methods use: `population` of the engine; `pairs` and
---- `parents`, another population, in a mutation or crossover; `seed`, `repetition`, `device`.
----@param rows integer[] the robots to work on
+--- `parents`, another population, in a mutation or crossover; `seed`, `repetition`, `device`; and
+--- `number`, where places in the population are not the numbers in the generation, by which scripts
+--- count.
+---@param rows integer[] places of the robots to work on
 ---@param fields table of limax.batch, and `parts`
 ---@return limax.batch
 function batch.new(rows, fields)
-  fields.parts.has, fields.parts.streams = {}, {}
-  for k, i in ipairs(rows) do fields[k], fields.parts.has[i] = i, true end
+  local number = fields.parts.number
+  fields.parts.at, fields.parts.streams = {}, {}
+  for k, place in ipairs(rows) do
+    local i = number and number(place) or place
+    fields[k], fields.parts.at[i] = i, place
+  end
   return setmetatable(fields, class)
 end
 
 -- Raises unless robot i is one of these: others are elites, whose genes must not change.
 local function require_row(self, i, what)
-  if self.parts.has[i] then return end
+  if self.parts.at[i] then return end
   engine.fail(("%s %s is none of these: visit them with for _, i in ipairs(robots) do"):format(what,
     schema.show(i)))
 end
 
--- Calls work(first, count) for every run of successive rows; all robots if left out.
+-- Calls work(first, count), places, for every run of successive rows; all robots if left out.
 local function each_run(self, name, rows, work)
   if rows ~= nil and type(rows) ~= "table" then
     engine.fail(("robots:%s: expected a list of robots such as { %s }, got %s"):format(name,
@@ -68,11 +74,12 @@ local function each_run(self, name, rows, work)
   for k, row in ipairs(rows) do
     require_row(self, row, ("robots:%s: rows[%d] ="):format(name, k))
   end
-  local first
+  local at, first = self.parts.at, nil
   for k, row in ipairs(rows) do
-    first = first or row
-    if rows[k + 1] ~= row + 1 then
-      work(first, row - first + 1)
+    local place = at[row]
+    first = first or place
+    if not rows[k + 1] or at[rows[k + 1]] ~= place + 1 then
+      work(first, place - first + 1)
       first = nil
     end
   end
@@ -81,11 +88,11 @@ end
 -- Robot i of a view of all robots, which is made once and ends when the engine writes.
 local function part_of(self, name, i, argument)
   local parts = self.parts
-  if not parts.has[i] then require_row(self, i, "robot") end
+  if not parts.at[i] then require_row(self, i, "robot") end
   if not parts[name] then
     parts[name] = parts.population[name](parts.population, nil, argument)
   end
-  return parts[name][i]
+  return parts[name][parts.at[i]]
 end
 
 -- The message of a write to genes where only bodies are written; nil elsewhere.
@@ -130,7 +137,7 @@ local function pair_of(self, i)
     engine.fail "robots:parents: only a mutation and a crossover have parents"
   end
   require_row(self, i, "robot")
-  return pairs_of_parents[i]
+  return pairs_of_parents[self.parts.at[i]]
 end
 
 --- The genes of both parents of robot i, in a mutation or crossover.
@@ -154,7 +161,7 @@ function methods:random(i)
   require_row(self, i, "robot")
   local streams = parts.streams
   streams[i] = streams[i] or engine.random(parts.seed, parts.repetition, "variation",
-    self.generation, parts.counter + parts.population.before + i)
+    self.generation, parts.counter + i)
   return streams[i]
 end
 

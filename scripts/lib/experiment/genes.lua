@@ -17,6 +17,8 @@ local genes = {}
 ---@field repetition integer
 ---@field require_muscle boolean
 ---@field device limax.device|nil
+---@field number nil|fun(place: integer): integer of a robot in its generation, where a population
+--- has a part of it
 ---@field empty fun(): limax.population another population of the same size
 ---@field say fun(text: string) warns once
 
@@ -31,7 +33,8 @@ local function call(what, own, rules, population, rows, fields)
     rows = fields.rows, parent_rows = fields.parent_rows,
     parts = { state = rules.state, population = population, pairs = fields.pairs,
       parents = fields.parents,
-      seed = rules.seed, repetition = rules.repetition, device = rules.device,
+      number = rules.number, seed = rules.seed, repetition = rules.repetition,
+      device = rules.device,
       express = not phase, counter = phase and phase * 2 ^ 24, empty = rules.empty } })
   local ok, problem, trace = failure.attempt_watched(what, own, robots)
   if not ok then failure.raise_again(problem, trace) end
@@ -87,7 +90,7 @@ end
 ---@field elites integer number of robots that are copied, which come first
 ---@field pairs integer[][] two indices into the parents for each robot
 ---@field parents limax.population of the engine
----@field rows limax.row[] of the offspring
+---@field rows limax.row[] by the number in the generation
 ---@field parent_rows limax.row[]
 
 --- Breeds a population: elites are copies, the others cross and mutate.
@@ -107,8 +110,10 @@ function genes.breed(rules, plan)
     elites = plan.elites }, rules.device)
   if not in_script then return population end
   local rows = rows_of(plan.elites + 1, population.count)
+  if not rows[1] then return population end
   local function apply(phase, own, is_own)
-    local before = is_own and plan.generation == 1 and rows[1] and population:genomes_bytes()
+    local before = is_own and plan.generation == 1 and not rules.number
+      and population:genomes_bytes()
     call("the " .. phase, own, rules, population, rows, { phase = phase,
       generation = plan.generation, rows = plan.rows, parent_rows = plan.parent_rows,
       pairs = plan.pairs, parents = plan.parents })

@@ -77,13 +77,13 @@ variation.mutations.self_adaptive = {
       local genes = population:genomes_array()
       local old, new = before:pointer(), genes:pointer()
       for _, i in ipairs(robots) do
-        local pair = robots.parts.pairs[i]
+        local pair = robots.parts.pairs[robots.parts.at[i]]
         local one, other = robots.parent_rows[pair[1]], robots.parent_rows[pair[2]]
         local step = math.sqrt((one.step_size or first) * (other.step_size or first))
           * math.exp(options.rate * robots:random(i):normal())
         step = math.max(1e-6, math.min(100, step))
         robots.rows[i].step_size = step
-        local at = (i - 1) * size
+        local at = (robots.parts.at[i] - 1) * size
         for g = at, at + scaled - 1 do new[g] = old[g] + step * (new[g] - old[g]) end
       end
       population:set_genomes(genes)

@@ -52,7 +52,7 @@ end
 -- One measure of a script's scored population.
 local function of(population, part, field)
   local ranked, values = {}, nil
-  if type(population) == "table" then
+  if type(population) == "table" and rawget(population, "world") then
     -- an island has a part of the robots of the engine's population
     local places = rawget(population, "places")
     for k, index in ipairs(population.ranked or {}) do

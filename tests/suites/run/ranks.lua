@@ -86,16 +86,29 @@ local KINDS = {
         + 0.01 * limax.diversity.hamming(robots) }, ("sum %.17g"):format(state.sum)
     end]] },
   { "newcomers on islands", [[fitness = "distance", survival = { "age_fitness", newcomers = 2 },
-    islands = { count = 3, every = 2, migrants = 1, topology = "ring" }]] },
+    islands = { count = 3, every = 2, migrants = 1, topology = "ring" },
+    selection = function(robots, random)
+      local count = #robots.ranked
+      local k = 1 + math.floor(100 * limax.diversity.hamming(robots)) % count
+      return robots.ranked[k], robots.ranked[random:integer(count)]
+    end]] },
+  { "genes where some ranks have elites only", [[fitness = "distance",
+    survival = function(robots) return { unpack(robots.ranked, 1, 22) } end,
+    genome = { crossover = function(robots) robots:cross() end }]] },
   { "genes by functions", [[fitness = "distance", genome = {
     mutation = function(robots)
       for _, i in ipairs(robots) do
         local genes, random, first = robots:genes(i), robots:random(i), robots:parents(i)
-        for k = 1, #genes do genes[k] = 0.9 * first[k] + 0.3 * random:normal() end
+        for k = 1, #genes do genes[k] = 0.9 * first[k] + i % 3 * random:normal() end
         robots.rows[i].origin = "bred"
       end
     end,
-    encoding = { genes = 27, express = function(robots)
+    encoding = { genes = 27, initialize = function(robots)
+      robots:initialize()
+      for _, i in ipairs(robots) do
+        if i % 10 == 5 then robots:genes(i)[1] = i end
+      end
+    end, express = function(robots)
       for _, i in ipairs(robots) do
         local genes, voxels = robots:genes(i), robots:voxels(i)
         for k = 1, 27 do voxels[k] = math.floor(math.abs(genes[k]) * 3) % 5 end
