@@ -19,7 +19,7 @@ __extension__ using wide = __int128;
 double gene_scale(float largest) {
     int exponent = 0;
     std::frexp(largest, &exponent);
-    return std::ldexp(1.0, 31 - exponent);
+    return std::ldexp(1.0, 30 - exponent);
 }
 
 }  // namespace
@@ -45,9 +45,14 @@ float population::largest_gene(const int32_t* robots, int32_t count) const {
         bits = on_device_->largest_gene(robots, count);
     } else if (code_) {
         const float* const all = genomes();
-        for (int32_t k = 0; k < count; ++k)
-            for (int32_t gene = 0; gene < genes(); ++gene)
-                bits = std::max(bits, magnitude_bits(all[int64_t(robots[k]) * genes() + gene]));
+        const int32_t genes = code_->genes();
+        int32_t most = 0;  // signed, for vectors
+        for (int32_t k = 0; k < count; ++k) {
+            const float* const of_robot = all + int64_t(robots[k]) * genes;
+            for (int32_t gene = 0; gene < genes; ++gene)
+                most = std::max(most, int32_t(magnitude_bits(of_robot[gene])));
+        }
+        bits = uint32_t(most);
     }
     return magnitude_of(bits);
 }
@@ -88,14 +93,25 @@ void population::sum_genes(const int32_t* robots, int32_t count, double scale, i
         on_device_->sum_genes(robots, count, scale, out);
         return;
     }
+    // tile by tile, so that the sums stay in a cache, and as columns, for vectors
+    constexpr int64_t tile = 256;
     const float* const all = genomes();
     const int64_t genes = code_->genes();
-    for (int32_t k = 0; k < count; ++k)
-        for (int64_t gene = 0; gene < genes; ++gene) {
-            gene_sums of{out[gene], out[genes + gene], out[2 * genes + gene]};
-            of.add(all[robots[k] * genes + gene], scale);
-            out[gene] = of.steps, out[genes + gene] = of.low, out[2 * genes + gene] = of.high;
+    for (int64_t first = 0; first < genes; first += tile) {
+        const int64_t filled = std::min(tile, genes - first);
+        int64_t steps[tile] = {}, low[tile] = {}, high[tile] = {};
+        for (int32_t k = 0; k < count; ++k) {
+            const float* const gene = all + robots[k] * genes + first;
+            for (int64_t g = 0; g < filled; ++g) {
+                gene_sums of{steps[g], low[g], high[g]};
+                of.add(gene[g], scale);
+                steps[g] = of.steps, low[g] = of.low, high[g] = of.high;
+            }
         }
+        std::copy_n(steps, filled, out + first);
+        std::copy_n(low, filled, out + genes + first);
+        std::copy_n(high, filled, out + 2 * genes + first);
+    }
 }
 
 limax_diversity population::diversity_of(const int64_t* sums, float largest, const uint64_t* hashes,

@@ -1,4 +1,4 @@
-// gene_sums.h: sums over robots of a gene and of its square, in whole steps of 2^-31 of a power of
+// gene_sums.h: sums over robots of a gene and of its square, in whole steps of 2^-30 of a power of
 // two above the largest gene of all: exact, so that they have the same bits in any order and may be
 // added up in parts. 2^31 robots at most. Laws only.
 #pragma once
@@ -14,17 +14,16 @@ LIMAX_LAW uint32_t magnitude_bits(float gene) { return bits_as<uint32_t>(gene) &
 LIMAX_LAW float magnitude_of(uint32_t bits) { return bits_as<float>(bits); }
 
 struct gene_sums {
-    int64_t steps = 0;
+    int64_t steps = 0;          // counted from -2^30, so that none is negative
     int64_t low = 0, high = 0;  // of the squares, their lower 32 bits and the rest
 
     // `scale` is steps per unit.
     LIMAX_LAW void add(float gene, double scale) {
-        const double scaled = double(gene) * scale;
-        const auto rounded = int64_t(scaled + (scaled < 0.0 ? -0.5 : 0.5));
-        const int64_t square = rounded * rounded;  // 2^62 at most
-        steps += rounded;
-        low += square & 0xffffffff;
-        high += square >> 32;
+        const auto step = uint32_t(int32_t(double(gene) * scale + (0x1p30 + 0.5)));
+        const uint64_t square = uint64_t(step) * step;  // 2^62 at most
+        steps += step;
+        low += uint32_t(square);
+        high += int64_t(square >> 32);
     }
 };
 
