@@ -329,7 +329,7 @@ end
 function generation.again(robots, which, materials, options)
   local population, places = division.reach(robots, which)
   if not population then
-    failure.raise(2, "these robots have no genomes any more: a run without a folder keeps them for"
+    failure.raise(2, "the genomes of these robots are gone: a run without a folder keeps those of"
       .. " the last three generations; limax.start(experiment, { out = FOLDER }) keeps all", 3)
   end
   local mask, at = masked(population.count, which, function(i) return places[i] end)
