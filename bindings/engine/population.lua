@@ -48,7 +48,6 @@ local generation_rule = schema.whole(0, MOST, 0)
 
 ---@class limax.population : limax.object
 ---@field count integer robots
----@field before integer robots of the generation before its first
 ---@field genes integer numbers in a genome, 0 without an encoding
 ---@field control_genes integer the last of these, which give no body
 ---@field lattice integer[] voxels along x, y, z
@@ -81,7 +80,7 @@ local function population(options)
   local made = object.make(class, "population", function(out)
     return C.limax_population_create(ffi.new("int32_t[3]", lattice), count, coder_handle, out)
   end, {
-    count = count, before = options.before, genes = coder and coder.genes or 0,
+    count = count, genes = coder and coder.genes or 0,
     control_genes = coder and coder.control_genes or 0, lattice = lattice,
     voxels_each = lattice[1] * lattice[2] * lattice[3], bodies_life = object.life(),
     -- of views through which a script writes bodies

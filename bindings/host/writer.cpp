@@ -35,7 +35,8 @@ struct job {
     std::string path;
     std::string bytes;
     task what;
-    std::size_t size = 0;  // bytes of a sealed line that may contain placeholders; of a file
+    // Bytes of a sealed line that may contain placeholders, or those that a file must have.
+    std::size_t size = 0;
 };
 
 constexpr std::size_t hash_digits = 16;
