@@ -145,6 +145,28 @@ void append(const std::string& path, std::string_view text, mode_t mode) {
     if (created) sync_path(folder_of(path), O_DIRECTORY);
 }
 
+void begin_parts(const std::string& path, std::string_view text, std::size_t size) {
+    const descriptor file(open_path(path, O_WRONLY | O_CREAT | O_EXCL));
+    if (!file.fine()) fail("create", path);
+    if (ftruncate(file.get(), static_cast<off_t>(size)) != 0) fail("write", path);
+    write_all(file, text, path);
+}
+
+void write_part(const std::string& path, std::string_view text, std::size_t offset, bool sync) {
+    descriptor file = open_own(path, O_WRONLY);
+    if (lseek(file.get(), static_cast<off_t>(offset), SEEK_SET) < 0) fail("write", path);
+    write_all(file, text, path);
+    if (sync && persist([&] { return fsync(file.get()); }) != 0) fail("sync", path);
+    // a network file system may report here that a write failed
+    if (close(file.release()) != 0 && errno != EINTR) fail("write", path);
+}
+
+void end_parts(const std::string& path, const std::string& name) {
+    sync_path(path, 0);
+    if (rename(path.c_str(), name.c_str()) != 0) fail("create", name);
+    sync_path(folder_of(name), O_DIRECTORY);
+}
+
 void expect_size(const std::string& path, std::size_t size) {
     // an open file of a network has its current size
     const descriptor file = open_own(path, O_RDONLY);

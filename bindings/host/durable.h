@@ -77,6 +77,15 @@ void append(const std::string& path, std::string_view text, mode_t mode);
 // The same, but refuses links.
 void append_own(const std::string& path, std::string_view text);
 
+// Makes a new file of `size` bytes, which begins with `text`, for parts that several processes
+// write: it has its size before, since a client of NFS that writes beyond the end may fill with
+// zeros what another one wrote to the same page.
+void begin_parts(const std::string& path, std::string_view text, std::size_t size);
+// Writes into such a file; with `sync` it is on disk when it returns.
+void write_part(const std::string& path, std::string_view text, std::size_t offset, bool sync);
+// Gives it its name once it is on disk.
+void end_parts(const std::string& path, const std::string& name);
+
 // Fails unless a file has this size.
 void expect_size(const std::string& path, std::size_t size);
 

@@ -83,6 +83,13 @@ inline std::string_view text_argument(lua_State* L, int index) {
     return text_at(L, index);
 }
 
+// A whole number of bytes or rows.
+inline std::size_t size_argument(lua_State* L, int index, lua_Number least) {
+    const lua_Number value = luaL_checknumber(L, index);
+    luaL_argcheck(L, value >= least && value <= 9007199254740992.0, index, "a size");
+    return static_cast<std::size_t>(value);
+}
+
 // A string argument for the system, without zero bytes.
 inline const char* path_argument(lua_State* L, int index) {
     const std::string_view path = text_argument(L, index);

@@ -7,6 +7,7 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
+#include <algorithm>
 #include <cinttypes>
 #include <cstdio>
 #include <stdexcept>
@@ -46,14 +47,32 @@ int lua_hmac_sha256(lua_State* L) {
     return push_digest(L, digest);
 }
 
-int lua_xxh3(lua_State* L) { return push(L, xxh3(text_argument(L, 1))); }
+int lua_xxh3(lua_State* L) {
+    const std::string_view text = text_argument(L, 1);
+    if (lua_isnoneornil(L, 2)) return push(L, xxh3(text));
+    return push(L, hash_digits(xxh3_sum(text, size_argument(L, 2, 1), 0)));
+}
 
 }  // namespace
 
-std::string xxh3(std::string_view text) {
+std::string hash_digits(std::uint64_t hash) {
     char hex[17];
-    std::snprintf(hex, sizeof hex, "%016" PRIx64, XXH3_64bits(text.data(), text.size()));
+    std::snprintf(hex, sizeof hex, "%016" PRIx64, hash);
     return hex;
+}
+
+std::string xxh3(std::string_view text) {
+    return hash_digits(XXH3_64bits(text.data(), text.size()));
+}
+
+std::uint64_t xxh3_sum(std::string_view text, std::size_t row, std::uint64_t following) {
+    std::uint64_t sum = 0;
+    for (; !text.empty(); ++following) {
+        const std::size_t size = std::min(row, text.size()), before = text.size() - size;
+        sum += XXH3_64bits_withSeed(text.data() + before, size, following);
+        text.remove_suffix(size);
+    }
+    return sum;
 }
 
 void open_hashes(lua_State* L) {

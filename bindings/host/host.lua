@@ -10,12 +10,19 @@
 ---@field is_array fun(value: any): boolean
 
 -- Writes files asynchronously and in order, until one fails: a job that is done implies all before
--- it. Jobs count from 1. `write`, `write_array` and `append` return the number of the job, and size
--- and XXH3 of its bytes; of an array, which is hashed asynchronously, a placeholder of the hash.
+-- it. Jobs count from 1, and each function returns the number of its job. `write` and `append` also
+-- return size and XXH3 of the bytes; `end_array` a placeholder of the hash, which is computed
+-- asynchronously.
 ---@class limax.host.writer
 ---@field write fun(self, path: string, text: string): integer, integer, string
+---@field begin_array fun(self, path: string, header: string, rows: integer, row: integer): integer
+--- a new file for so many rows, of `row` bytes, into which processes write
 ---@field array fun(self, bytes: integer): lightuserdata to fill, and then to write
----@field write_array fun(self, path: string): integer, integer, string
+---@field write_rows fun(self, path: string, offset: integer, row: integer, following: integer,
+--- sync?: boolean): integer so many follow them; with `sync` they are on disk when the job is done
+---@field sum fun(self, path: string): string of the hashes of rows that were written, once
+---@field end_array fun(self, path: string, name: string, others?: string): integer, string gives
+--- the file its name; `others`: sums of rows of other processes, one after the other
 ---@field append fun(self, path: string, text: string): integer, integer, string not through a link
 ---@field append_sealed fun(self, path: string, line: string, bytes: integer): integer a line of
 --- base/sealed.lua; placeholders in its first bytes are replaced
@@ -119,7 +126,8 @@
 ---@field deflate fun(bytes: string): string a zlib stream
 ---@field sha256 fun(text: string): string hexadecimal
 ---@field hmac_sha256 fun(key: string, text: string): string hexadecimal
----@field xxh3 fun(text: string): string 64 bits, hexadecimal
+---@field xxh3 fun(text: string, row?: integer): string 64 bits, hexadecimal; with `row`, the bytes
+--- of a row, of an array as RUN_FOLDER.md describes it
 ---@field http fun(request: limax.host.request): limax.host.answer|nil, string|nil,
 ---limax.host.answer|nil nil, a message and what came before it failed
 ---@field url fun(text: string): limax.host.url|nil, string|nil

@@ -20,8 +20,16 @@ void open_sandbox(lua_State* L);
 void open_time_limit(lua_State* L);
 void open_xml(lua_State* L);
 
-// The XXH3 hash of a text: 16 hexadecimal digits.
+// A hash of 64 bits as 16 hexadecimal digits.
+std::string hash_digits(std::uint64_t hash);
+
+// The XXH3 hash of a text.
 std::string xxh3(std::string_view text);
+
+// A hash of an array that its parts add up to, whoever hashes them: the sum of the hashes of its
+// rows, each seeded with the number of rows that follow it. What is before the rows counts as more
+// of them, the first one shorter. `following`: rows after these.
+std::uint64_t xxh3_sum(std::string_view text, std::size_t row, std::uint64_t following);
 
 // Replaces the globals `next` and `pairs`.
 void replace_next(lua_State* L);

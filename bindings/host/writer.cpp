@@ -1,9 +1,10 @@
 // writer.cpp: files written asynchronously: a thread carries out jobs in order and stops at the
 // first failure, so the jobs on disk are always the first ones. Numbers of jobs count from 1.
 //
-// The thread also hashes arrays, which takes long. Until then their hash is a placeholder of the
-// same length, "@" and the number of the job, which the thread replaces in a line that is appended
-// later.
+// An array is written in parts, by this process or by several: one begins a file of its size, each
+// writes rows to it, and at the end it gets its name. The thread also hashes arrays, which takes
+// long. Until then their hash is a placeholder of the same length, "@" and the number of the job,
+// which the thread replaces in a line that is appended later.
 #include <signal.h>
 
 #include <cerrno>
@@ -29,25 +30,40 @@ namespace {
 
 const char* const writer_type = "limax.writer";
 
-enum class task { write, write_array, append, append_sealed, expect, remove };
+enum class task {
+    write,
+    begin_array,
+    write_rows,
+    end_array,
+    append,
+    append_sealed,
+    expect,
+    remove
+};
 
 struct job {
     std::string path;
     std::string bytes;
     task what;
-    // Bytes of a sealed line that may contain placeholders, or those that a file must have.
+    // Bytes of a sealed line that may contain placeholders, or those that a file has.
     std::size_t size = 0;
+    // Of rows: where the first one is in the file, bytes of one, and how many follow the last one.
+    std::size_t offset = 0, row = 0, following = 0;
+    bool sync = false;
+    // Of the end of an array: its name, and the sum of hashes of its rows from other processes.
+    std::string name = {};
+    std::uint64_t others = 0;
 };
 
-constexpr std::size_t hash_digits = 16;
+constexpr std::size_t digits_of_hash = 16;
 
 std::string placeholder(std::uint64_t number) {
     std::string digits = std::to_string(number);
-    return "@" + std::string(hash_digits - 1 - digits.size(), '0') + digits;
+    return "@" + std::string(digits_of_hash - 1 - digits.size(), '0') + digits;
 }
 
 // Where the hash of a line of base/sealed.lua begins, and what it is of.
-constexpr std::size_t seal_at = sizeof R"({"hash":")" - 1, sealed_at = seal_at + hash_digits + 1;
+constexpr std::size_t seal_at = sizeof R"({"hash":")" - 1, sealed_at = seal_at + digits_of_hash + 1;
 
 class writer {
 public:
@@ -117,17 +133,24 @@ public:
         return found ? std::move(found.mapped()) : std::string();
     }
 
+    // The sum of the hashes of rows that were written to this file, once.
+    std::uint64_t take_sum(const std::string& path) {
+        const std::lock_guard lock(mutex_);
+        const auto found = sums_.extract(path);
+        return found ? found.mapped() : 0;
+    }
+
 private:
     // Replaces the placeholders of a line, and then its own hash.
     void complete(job& line) const {
         const std::lock_guard lock(mutex_);
-        for (std::size_t at = sealed_at; at + hash_digits <= line.size; ++at) {
+        for (std::size_t at = sealed_at; at + digits_of_hash <= line.size; ++at) {
             if (line.bytes[at] != '@') continue;
-            const auto found = hashes_.find(line.bytes.substr(at, hash_digits));
-            if (found != hashes_.end()) line.bytes.replace(at, hash_digits, found->second);
+            const auto found = hashes_.find(line.bytes.substr(at, digits_of_hash));
+            if (found != hashes_.end()) line.bytes.replace(at, digits_of_hash, found->second);
         }
         const std::string_view rest = std::string_view(line.bytes).substr(sealed_at);
-        line.bytes.replace(seal_at, hash_digits, xxh3(rest.substr(0, rest.size() - 1)));
+        line.bytes.replace(seal_at, digits_of_hash, xxh3(rest.substr(0, rest.size() - 1)));
     }
 
     void carry_out(job& next, std::uint64_t number) {
@@ -140,12 +163,23 @@ private:
             case task::append: return append_own(next.path, next.bytes);
             case task::expect: return expect_size(next.path, next.size);
             case task::append_sealed: complete(next); return append_own(next.path, next.bytes);
-            case task::write_array: break;
+            case task::begin_array:
+                begin_parts(next.path, next.bytes, next.size);
+                return add_rows(next, next.bytes);
+            case task::write_rows:
+                write_part(next.path, next.bytes, next.offset, next.sync);
+                return add_rows(next, next.bytes);
+            case task::end_array: end_parts(next.path, next.name);
         }
-        std::string found = xxh3(next.bytes);
-        replace(next.path, next.bytes);
+        const std::uint64_t hash = take_sum(next.path) + next.others;
         const std::lock_guard lock(mutex_);
-        hashes_[placeholder(number)] = std::move(found);
+        hashes_[placeholder(number)] = hash_digits(hash);
+    }
+
+    void add_rows(const job& next, std::string_view bytes) {
+        const std::uint64_t sum = xxh3_sum(bytes, next.row, next.following);
+        const std::lock_guard lock(mutex_);
+        sums_[next.path] += sum;
     }
 
     void work() {
@@ -165,7 +199,7 @@ private:
             }
             lock.lock();
             if (problem.empty()) {
-                if (next.what == task::write_array && spares_.size() < most_spares)
+                if (next.what == task::write_rows && spares_.size() < most_spares)
                     spares_.emplace(next.bytes.capacity(), std::move(next.bytes));
                 jobs_.pop_front();
                 ++done_;
@@ -184,6 +218,7 @@ private:
     static constexpr std::size_t most_spares = 4;
     std::multimap<std::size_t, std::string> spares_;  // of arrays that are on disk, by capacity
     std::unordered_map<std::string, std::string> hashes_;  // of arrays, by their placeholders
+    std::unordered_map<std::string, std::uint64_t> sums_;  // of arrays not yet ended, by path
     std::string problem_;                                  // of the first job that failed
     bool ends_ = false;
     std::thread thread_;
@@ -207,22 +242,47 @@ int lua_write(lua_State* L) {
     return add_hashed(L, {path_argument(L, 2), std::string(text_argument(L, 3)), task::write});
 }
 
+int lua_begin_array(lua_State* L) {
+    const char* const path = path_argument(L, 2);
+    const std::string_view header = text_argument(L, 3);
+    const std::size_t rows = size_argument(L, 4, 0), row = size_argument(L, 5, 1);
+    job next = {path, std::string(header), task::begin_array, header.size() + rows * row};
+    next.row = row;
+    next.following = rows;
+    return push(L, writer_argument(L).add(std::move(next)));
+}
+
 int lua_array(lua_State* L) {
-    const lua_Number bytes = luaL_checknumber(L, 2);
-    luaL_argcheck(L, bytes >= 0 && bytes <= 9007199254740992.0, 2, "a size in bytes");
-    lua_pushlightuserdata(L, writer_argument(L).array(static_cast<std::size_t>(bytes)));
+    lua_pushlightuserdata(L, writer_argument(L).array(size_argument(L, 2, 0)));
     return 1;
 }
 
-int lua_write_array(lua_State* L) {
-    writer& target = writer_argument(L);
-    job next = {path_argument(L, 2), target.take_array(), task::write_array};
-    const std::size_t size = next.bytes.size();
-    const std::uint64_t number = target.add(std::move(next));
+int lua_write_rows(lua_State* L) {
+    const char* const path = path_argument(L, 2);
+    const std::size_t offset = size_argument(L, 3, 0), row = size_argument(L, 4, 1),
+                      following = size_argument(L, 5, 0);
+    job next = {path, writer_argument(L).take_array(), task::write_rows};
+    next.offset = offset;
+    next.row = row;
+    next.following = following;
+    next.sync = lua_toboolean(L, 6) != 0;
+    return push(L, writer_argument(L).add(std::move(next)));
+}
+
+int lua_end_array(lua_State* L) {
+    job next = {path_argument(L, 2), {}, task::end_array};
+    next.name = path_argument(L, 3);
+    const std::string others(luaL_optstring(L, 4, ""));
+    for (std::size_t at = 0; at < others.size(); at += digits_of_hash)
+        next.others += std::stoull(others.substr(at, digits_of_hash), nullptr, 16);
+    const std::uint64_t number = writer_argument(L).add(std::move(next));
     push(L, number);
-    push(L, size);
     push(L, placeholder(number));
-    return 3;
+    return 2;
+}
+
+int lua_sum(lua_State* L) {
+    return push(L, hash_digits(writer_argument(L).take_sum(path_argument(L, 2))));
 }
 
 int lua_append_sealed(lua_State* L) {
@@ -245,10 +305,8 @@ int lua_append(lua_State* L) {
 }
 
 int lua_expect(lua_State* L) {
-    const lua_Number bytes = luaL_checknumber(L, 3);
-    luaL_argcheck(L, bytes >= 0 && bytes <= 9007199254740992.0, 3, "a size in bytes");
-    return push(L, writer_argument(L).add(
-                       {path_argument(L, 2), {}, task::expect, static_cast<std::size_t>(bytes)}));
+    const std::size_t bytes = size_argument(L, 3, 0);
+    return push(L, writer_argument(L).add({path_argument(L, 2), {}, task::expect, bytes}));
 }
 
 int lua_remove(lua_State* L) {
@@ -289,8 +347,11 @@ void add_writer(lua_State* L) {
     lua_setfield(L, -2, "__metatable");
     lua_newtable(L);
     add_function<lua_write>(L, "write");
+    add_function<lua_begin_array>(L, "begin_array");
     add_function<lua_array>(L, "array");
-    add_function<lua_write_array>(L, "write_array");
+    add_function<lua_write_rows>(L, "write_rows");
+    add_function<lua_end_array>(L, "end_array");
+    add_function<lua_sum>(L, "sum");
     add_function<lua_append>(L, "append");
     add_function<lua_append_sealed>(L, "append_sealed");
     add_function<lua_hash>(L, "hash");

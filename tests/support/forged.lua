@@ -32,7 +32,8 @@ function forged.text(folder, file, change)
     if line.config == file then line.config_hash = config.hash(text) end
     for kind in pairs(line.files or {}) do
       if files.place(kind, line.repetition, line.generation) == file then
-        line.files[kind] = { #text, host.xxh3(text) }
+        local row = line.files[kind][3]
+        line.files[kind] = { #text, host.xxh3(text, row), row }
       end
     end
     for name in pairs(line.lines or {}) do

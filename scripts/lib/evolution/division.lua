@@ -58,6 +58,19 @@ end
 --- The number in the generation of robot k of this share.
 function Share:number(k) return k <= self.elites and k + self.first_elite or k + self.before end
 
+--- The parts of an array of all robots that are of this share.
+---@return { first: integer, count: integer, place: integer }[] the first robot's place there and
+--- here, from 0
+function Share:segments()
+  local list = {}
+  for _, each in ipairs { { first = self.first_elite, count = self.elites, place = 0 },
+    { first = self.before + self.elites, count = self.count - self.elites,
+      place = self.elites } } do
+    if each.count > 0 then list[#list + 1] = each end
+  end
+  return list
+end
+
 -- The rank, from 0, that has a robot.
 local function owner(share, i)
   local first, count = 0, share.all_elites
@@ -171,7 +184,6 @@ end
 --- Collects the genomes of all robots, in order, on rank 0. Collective.
 ---@param all ffi.cdata*|nil float[robots * genes] of rank 0
 function division.collect_genomes(robots, all)
-  if exchange.count == 1 then return engine_population.copy_genomes(robots.own, all) end
   local own, share, count = own_genomes(robots), robots.share, robots.own.genes
   exchange.all(true) -- an error of a rank ends all here, and not within what follows
   local function send(from, number, into, of_part)

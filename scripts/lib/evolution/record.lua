@@ -2,6 +2,7 @@
 --- and restores the last generation of a folder to continue a run.
 
 local archived = require "limax.evolution.archived"
+local arrays = require "limax.evolution.arrays"
 local diversity = require "limax.run.diversity"
 local division = require "limax.evolution.division"
 local engine = require "limax.engine"
@@ -11,6 +12,7 @@ local front = require "limax.experiment.front"
 local generations = require "limax.evolution.generation"
 local genes = require "limax.experiment.genes"
 local history = require "limax.run.history"
+local host = require "limax.host"
 local materials = require "limax.evolution.materials"
 local metrics = require "limax.run.metrics"
 local rows = require "limax.robot.rows"
@@ -138,14 +140,17 @@ function record.write(run, robots)
   local line = robots.line
   if not line then return end
   robots.line = nil
-  if not exchange.is_first then return division.collect_genomes(robots) end
-  if run.folder then
-    if robots.world.is_divided then robots.stored = stored_in(run.folder) end
-    robots.timing.write = run.folder:write { robots = robots, metrics = line,
-      genomes = function(memory) division.collect_genomes(robots, memory) end,
-      evaluations = run.evaluations, matrix = line.generation == 0 and run.world:matrix() or nil }
-  else
+  if not run.folder and exchange.is_first then
     run.packed[line.generation] = rows_file.pack(robots.rows)
+  else
+    local began = host.clock()
+    local files, problem = arrays.write(run, robots)
+    if not exchange.is_first then return end
+    run.folder:check(not problem, problem)
+    if robots.world.is_divided then robots.stored = stored_in(run.folder) end
+    robots.timing.write = run.folder:write { robots = robots, metrics = line, arrays = files,
+      began = began, evaluations = run.evaluations,
+      matrix = line.generation == 0 and run.world:matrix() or nil }
   end
   if run.on_generation then run.on_generation(robots.entry, robots.timing) end
 end

@@ -104,7 +104,7 @@ function check.folder(folder)
   check_transcript(folder, damage)
   folder:each_file(function(_, place, part, entry)
     local text = read(folder, damage, place, entry.repetition, entry.generation, part[1])
-    if text and host.xxh3(text) ~= part[2] then
+    if text and host.xxh3(text, part[3]) ~= part[2] then
       add(damage, place, "does not match its hash", entry.repetition, entry.generation)
     end
   end)

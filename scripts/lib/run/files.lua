@@ -10,9 +10,9 @@ files.PLACES = { robots = "r%02d/robots/g%04d.npy", genomes = "r%02d/genomes/g%0
 --- The files that grow by a line for each generation of a repetition.
 files.GROWING = { "metrics", "ledger", "timing" }
 
---- A run that keeps only the best robots has these of so many newest generations: those that a run
---- that goes on reads.
-files.REMOVED, files.RECENT = { "robots", "genomes" }, 3
+--- The files with a row for each robot. A run that keeps only the best robots has these of so many
+--- newest generations: those that a run that goes on reads.
+files.ARRAYS, files.RECENT = { "robots", "genomes" }, 3
 
 --- The path of a file of a generation below the run folder.
 ---@param kind "robots"|"genomes"|"champion"|"matrix"

@@ -23,6 +23,8 @@ local structured = require "limax.base.structured"
 ---@field lock limax.host.lock of the journal
 ---@field sizes table<string, integer> bytes of each growing file, by its place
 ---@field jobs table<integer, integer> the last job of a repetition's newest generation
+---@field begun table<integer, table> arrays of a repetition's newest generation
+---@field token string of this process, for names of files that are not whole
 ---@field pending { job: integer, line: table }[] lines of the journal that are not on disk yet
 ---@field on_disk table|nil the line of the newest generation that is
 ---@field found_newest table|nil the line of a generation that an earlier process wrote
@@ -51,6 +53,9 @@ end
 function Folder:check(ok, message)
   update(self)
   if ok then return end
+  for _, begun in pairs(self.begun) do
+    for _, kind in ipairs(files.ARRAYS) do host.file.remove(begun[kind].path) end
+  end
   local text, newest = "no generation is on disk yet", self.on_disk or self.found_newest
   if newest then
     text = ("everything up to generation %d of repetition %d is on disk; continue with: %s")
@@ -71,16 +76,6 @@ end
 local function put(self, place, text)
   local _, size, hash = self.writer:write(self.path .. "/" .. place, text)
   return { size, hash }
-end
-
--- Writes an array asynchronously: a header, and `size` bytes that `fill` writes. Its hash is a
--- placeholder until it is on disk.
-local function put_array(self, place, header, size, fill)
-  local memory = ffi.cast("char *", self.writer:array(#header + size))
-  ffi.copy(memory, header, #header)
-  fill(memory + #header)
-  local _, bytes, hash = self.writer:write_array(self.path .. "/" .. place)
-  return { bytes, hash }
 end
 
 -- Appends a line to a growing file. Returns where it ends, and its hash.
@@ -116,38 +111,68 @@ local function write_now(self, place, text)
   self:settle()
 end
 
----@class limax.run_folder.generation
----@field robots limax.population.scored recorded
----@field metrics table its line
----@field evaluations integer of its repetition, up to here
----@field genomes fun(memory: ffi.cdata*) writes them there, float[robots * genes]
----@field matrix number[][]|nil B of the encoding, with generation 0
+---@class limax.run_folder.array a file of a generation that ranks write
+---@field path string absolute, until it is whole
+---@field name string its path then
+---@field header integer bytes before the rows
+---@field row integer bytes of one
+---@field others string|nil sums of the hashes of rows from other ranks
 
---- Writes a generation asynchronously; the line of the journal comes last. Raises an error of
---- writing an earlier one.
----@return number seconds that the run waited
-function Folder:write(written)
-  local began, robots = host.clock(), written.robots
+--- Begins the files of a generation's robots and genomes, in which ranks then write their rows.
+--- Raises an error of writing an earlier generation.
+---@return table files { genomes: limax.run_folder.array, robots: limax.run_folder.array }
+function Folder:begin_arrays(robots)
   local repetition, generation = robots.repetition, robots.generation
   -- one generation of a repetition is being written at a time
   self:check(self.writer:wait(self.jobs[repetition] or 0))
   expect_journal(self)
-  local function place(kind) return files.place(kind, repetition, generation) end
   for _, kind in ipairs(generation == 0 and { "robots", "genomes", "champion" } or {}) do
-    make_folder_of(self, place(kind))
+    make_folder_of(self, files.place(kind, repetition, generation))
   end
   local all, genes = robots.rows, robots.own.genes
-  local bytes = all.count * all.layout.size
+  local function begin(kind, header, row)
+    local name = self.path .. "/" .. files.place(kind, repetition, generation)
+    local path = ("%s/.%s.%s.part"):format(host.file.absolute(source.folder_of(name)),
+      source.name_of(name), self.token)
+    self.writer:begin_array(path, header, all.count, row)
+    return { path = path, name = name, header = #header, row = row }
+  end
+  local begun = {
+    genomes = begin("genomes", npy.header("<f4", { all.count, genes }), genes * ffi.sizeof "float"),
+    robots = begin("robots", structured.header(all.layout, all.count), all.layout.size) }
+  self.begun[repetition] = begun
+  if robots.world.is_divided then self:settle() end -- others look for them now
+  return begun
+end
+
+-- Gives an array its name, when all that was written before is on disk. Its hash is a placeholder
+-- until then.
+local function end_array(self, array, rows)
+  local _, hash = self.writer:end_array(array.path, array.name, array.others)
+  return { array.header + rows * array.row, hash, array.row }
+end
+
+---@class limax.run_folder.generation
+---@field robots limax.population.scored recorded
+---@field metrics table its line
+---@field evaluations integer of its repetition, up to here
+---@field arrays table from `begin_arrays`, written
+---@field began number when that was called
+---@field matrix number[][]|nil B of the encoding, with generation 0
+
+--- Writes a generation asynchronously; the line of the journal comes last.
+---@return number seconds that the run waited
+function Folder:write(written)
+  local robots = written.robots
+  local repetition, generation = robots.repetition, robots.generation
+  local function place(kind) return files.place(kind, repetition, generation) end
   local line = { kind = "generation", repetition = repetition, generation = generation,
     scored_by = self.scored_by, evaluations = written.evaluations,
     recent = self.config.record_population == "best" or nil,
     transcript = source.size(self.path .. "/transcript.jsonl"), files = {}, lines = {} }
-  -- the longest array first: it takes the memory of the one before
-  line.files.genomes = put_array(self, place "genomes",
-    npy.header("<f4", { all.count, genes }), all.count * genes * ffi.sizeof "float",
-    function(memory) written.genomes(ffi.cast("float *", memory)) end)
-  line.files.robots = put_array(self, place "robots", structured.header(all.layout, all.count),
-    bytes, function(memory) ffi.copy(memory, all.data, bytes) end)
+  for _, kind in ipairs(files.ARRAYS) do
+    line.files[kind] = end_array(self, written.arrays[kind], robots.rows.count)
+  end
   line.files.champion = put(self, place "champion",
     robot_file.text(robots[robots.ranked[1]]:table()))
   line.files.matrix = written.matrix and put(self, place "matrix", npy.table(written.matrix))
@@ -155,16 +180,16 @@ function Folder:write(written)
   ledger.schema, ledger.repetition, ledger.generation = "limax.ledger/1", repetition, generation
   line.lines.ledger = append(self, "ledger", repetition, ledger)
   line.lines.metrics = append(self, "metrics", repetition, written.metrics)
-  seconds.write = host.clock() - began
+  seconds.write = host.clock() - written.began
   line.lines.timing = append(self, "timing", repetition, { schema = "limax.timing/1",
     repetition = repetition, generation = generation, ended = host.time(), seconds = seconds,
     supervision = robots.decided.numbers })
   self.jobs[repetition] = note(self, line, robots.state_text)
   local old = self.journal:entry(repetition, generation - files.RECENT)
-  for _, kind in ipairs(old and old.recent and files.REMOVED or {}) do
+  for _, kind in ipairs(old and old.recent and files.ARRAYS or {}) do
     self.writer:remove(self.path .. "/" .. files.place(kind, repetition, old.generation))
   end
-  return host.clock() - began
+  return host.clock() - written.began
 end
 
 -- ---- a new run ----------------------------------------------------------------------------------
@@ -177,7 +202,7 @@ local function locked(path)
   writer, message = host.file.writer()
   if not writer then failure.raise(1, message) end
   return setmetatable({ path = path, lock = lock, writer = writer, sizes = {}, jobs = {},
-    pending = {} }, Folder)
+    begun = {}, pending = {}, token = host.xxh3(host.time() .. host.clock()) }, Folder)
 end
 
 -- Sets the configuration under which robots are scored.
@@ -378,7 +403,7 @@ local function cut_files(self)
         local generation = tonumber(file:match "^g(%d+)%.")
         local entry = generation and self.journal:entry(r, generation)
         return generation and (not entry or entry.recent and generation <= last - files.RECENT
-          and choice.contains(files.REMOVED, kind))
+          and choice.contains(files.ARRAYS, kind))
       end)
     end
     for _, growing in ipairs(r and files.GROWING or {}) do

@@ -193,7 +193,7 @@ function Reader:each_file(visit)
       local entry = self.journal:entry(r, g)
       local gone = entry.recent and g <= self:last(r) - files.RECENT
       for kind, part in pairs(entry.files) do
-        if not (gone and choice.contains(files.REMOVED, kind)) then
+        if not (gone and choice.contains(files.ARRAYS, kind)) then
           visit(kind, files.place(kind, r, g), part, entry)
         end
       end
@@ -233,7 +233,7 @@ function Reader:file(kind, repetition, generation)
     failure.raise(1, ("%s is not kept%s"):format(path, why_missing(entry)))
   elseif not text then
     failure.raise_damaged(message)
-  elseif #text ~= part[1] or host.xxh3(text) ~= part[2] then
+  elseif #text ~= part[1] or host.xxh3(text, part[3]) ~= part[2] then
     damaged(path, ("does not match its size and hash in %s"):format(journal.FILE))
   end
   return text, path

@@ -62,14 +62,16 @@ local function choice(value, path)
   return not message and value or nil, message
 end
 
--- Size and hash of a file, or of a line.
+-- Size and hash of a file, or of a line; of an array also the size of a row.
 local function part(value, path)
   if value == nil then return nil end
-  if schema.list_size(value) ~= 2 then
-    return nil, path .. ": expected a list of a size and a hash"
+  local size = schema.list_size(value)
+  if size ~= 2 and size ~= 3 then
+    return nil, path .. ": expected a list of a size and a hash, and the size of a row of an array"
   end
   local _, message = whole(value[1], path .. "[1]")
   if not message then _, message = hash(value[2], path .. "[2]") end
+  if not message then _, message = index(value[3], path .. "[3]") end
   return not message and value or nil, message
 end
 

@@ -245,23 +245,32 @@ suite:test("a writer works asynchronously and in order until a job fails", funct
   local numbers = ffi.new("float[?]", 3, { 1, 2, 3 })
   t:equal(writer:done(), 0)
   t:equal({ writer:wait() }, { true })
-  ffi.copy(ffi.cast("char *", writer:array(12)), numbers, 12)
-  local job, size, token = writer:write_array(path)
-  t:equal({ job, size, token }, { 1, 12, "@000000000000001" })
+  -- three rows of a number, of which another writer has the last one
+  writer:begin_array(path .. ".part", "before", 3, 4)
+  ffi.copy(ffi.cast("char *", writer:array(8)), numbers, 8)
+  t:equal(writer:write_rows(path .. ".part", 6, 4, 1), 2)
+  t:ok(writer:wait())
+  local other = host.file.writer()
+  ffi.copy(ffi.cast("char *", other:array(4)), numbers + 2, 4)
+  other:write_rows(path .. ".part", 14, 4, 0, true)
+  t:ok(other:wait())
+  local job, token = writer:end_array(path .. ".part", path, other:sum(path .. ".part"))
+  t:equal({ job, token }, { 3, "@000000000000003" })
   -- only the first bytes of a line, those before a user's text, have their placeholders replaced
   local line = sealed.add('{"a":"' .. token .. '","b":"' .. token .. '"}') .. "\n"
   writer:append_sealed(folder .. "/sealed", line, line:find '"b"' - 1)
-  for k = 3, 200 do t:equal(writer:append(folder .. "/lines", ("line %d\n"):format(k)), k) end
+  for k = 5, 200 do t:equal(writer:append(folder .. "/lines", ("line %d\n"):format(k)), k) end
   collectgarbage()
-  t:ok(writer:wait(1))
-  t:ok(process.read(path) == ffi.string(numbers, 12))
+  t:ok(writer:wait(3))
+  local bytes = "before" .. ffi.string(numbers, 12)
+  t:ok(process.read(path) == bytes)
   t:ok(writer:wait())
-  local hash = host.xxh3(ffi.string(numbers, 12))
-  t:equal({ writer:hash(1), writer:hash(1) }, { hash, "" })
+  local hash = host.xxh3(bytes, 4)
+  t:equal({ writer:hash(3), writer:hash(3) }, { hash, "" })
   t:equal(sealed.open(process.read(folder .. "/sealed")), { a = hash, b = token })
   t:equal(writer:done(), 200)
   local lines = {}
-  for k = 3, 200 do lines[#lines + 1] = ("line %d\n"):format(k) end
+  for k = 5, 200 do lines[#lines + 1] = ("line %d\n"):format(k) end
   t:equal(process.read(folder .. "/lines"), table.concat(lines))
 
   -- nothing is written after a failure
@@ -278,7 +287,7 @@ suite:test("a writer works asynchronously and in order until a job fails", funct
 
   t:raises("whole lines", function() writer:append(path, "half") end)
   t:raises("there is no such job", function() writer:wait(205) end)
-  t:raises("a size in bytes", function() writer:array(-1) end)
+  t:raises("a size", function() writer:array(-1) end)
 
   writer = host.file.writer()
   os.execute(("ln -s rows %s/link"):format(folder))

@@ -127,6 +127,13 @@ local CASES = {
   { "hosts lock a run that all see", SHARED:format("run=$folder/run", "lose"), REFUSED },
   { "hosts lock a run on NFS, until the lease of one that is cut off ends",
     SHARED:format("share; run=/mnt/run", "cut"), REFUSED, long = true },
+  { "hosts write their robots into files on NFS", [[
+    boot 1; boot 2; boot 3
+    share
+    ranks 1 2 3 run walk.lua -q --out /mnt/run
+    on 1 "$limax" list --check /mnt/run
+    on 1 cp -r /mnt/run $run
+  ]], "undamaged", long = true },
   { "jobs of Slurm end at their time limits, and go on", SLURM, "", long = true },
 }
 

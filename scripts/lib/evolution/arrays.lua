@@ -1,0 +1,79 @@
+--- arrays.lua: writes the robots and the genomes of a generation. Rank 0 begins a file for each and
+--- gives it its name at the end (run/folder.lua); in between each rank writes the rows of its own
+--- robots. Where a rank does not see the files, on a host with another file system, rank 0 collects
+--- all genomes and writes alone.
+
+local ffi = require "ffi"
+
+local division = require "limax.evolution.division"
+local engine_population = require "limax.engine.population"
+local exchange = require "limax.base.exchange"
+local host = require "limax.host"
+local source = require "limax.base.source"
+
+local arrays = {}
+
+-- Of the running kernel: processes that share it share the parts of files that are not on disk.
+local BOOT = "/proc/sys/kernel/random/boot_id"
+
+-- Does every rank see the file that rank 0 began?
+local function is_shared(path)
+  if exchange.count == 1 then return true end
+  for _, sees in ipairs(exchange.all(host.file.exists(path) == "file")) do
+    if not sees then return false end
+  end
+  return true
+end
+
+-- Adds what all ranks wrote to the files of rank 0; returns what failed.
+local function report(files, writer)
+  local _, problem = writer:wait()
+  local sums = {}
+  for kind, file in pairs(files) do
+    sums[kind] = not exchange.is_first and writer:sum(file.path) or nil
+  end
+  local all = exchange.all { problem = problem, sums = sums }
+  for r = 2, #all do
+    problem = problem or all[r].problem and ("rank %d: %s"):format(r - 1, all[r].problem)
+    for kind, sum in pairs(all[r].sums) do files[kind].others = (files[kind].others or "") .. sum end
+  end
+  return problem
+end
+
+--- Writes robots and genomes into the folder of a run, asynchronously where there is one rank only.
+--- Collective.
+---@return table|nil files of `begin_arrays`, on rank 0 with the sums of the hashes of other ranks
+---@return string|nil problem of any rank
+function arrays.write(run, robots)
+  local boot = source.read(BOOT)
+  local files, began = unpack(exchange.first(function()
+    return { run.folder:begin_arrays(robots), boot }
+  end))
+  run.writer = run.folder and run.folder.writer or run.writer or assert(host.file.writer())
+  local writer, syncs = run.writer, not boot or boot ~= began
+  local share, data = robots.share, ffi.cast("const char *", robots.rows.data)
+  local segments, collects = share:segments(), not is_shared(files.genomes.path)
+  if collects then
+    segments = exchange.is_first and { { first = 0, count = share.total, place = 0 } } or {}
+    if not exchange.is_first then division.collect_genomes(robots) end
+  end
+  local function put(file, fill)
+    for _, segment in ipairs(segments) do
+      fill(ffi.cast("char *", writer:array(segment.count * file.row)), segment)
+      writer:write_rows(file.path, file.header + segment.first * file.row, file.row,
+        share.total - segment.first - segment.count, syncs)
+    end
+  end
+  -- the longer array first: it takes the memory of the one before
+  put(files.genomes, function(memory, segment)
+    memory = ffi.cast("float *", memory)
+    if collects then return division.collect_genomes(robots, memory) end
+    engine_population.copy_genomes(robots.own, memory, segment.place, segment.count)
+  end)
+  put(files.robots, function(memory, segment)
+    ffi.copy(memory, data + segment.first * files.robots.row, segment.count * files.robots.row)
+  end)
+  return files, exchange.count > 1 and report(files, writer) or nil
+end
+
+return arrays
