@@ -317,7 +317,7 @@ records.journal = {
     { "evaluations", "whole", "in this repetition up to here", unit = "robots" },
     { "recent", "switch?", "true: its robots and genomes are removed after three more"
       .. " generations" },
-    { "files", "table", "size in bytes and hash of each file" },
+    { "files", "table", "size in bytes and hash of each file; of an array also bytes of a row" },
     { "files.robots", "part", "`rNN/robots/gNNNN.npy`" },
     { "files.genomes", "part", "`rNN/genomes/gNNNN.npy`" },
     { "files.champion", "part", "`rNN/champions/gNNNN.json`" },

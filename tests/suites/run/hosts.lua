@@ -133,6 +133,7 @@ local CASES = {
     ranks 1 2 3 run walk.lua -q --out /mnt/run
     on 1 "$limax" list --check /mnt/run
     on 1 cp -r /mnt/run $run
+    for k in 3 2 1; do on $k umount /mnt; done
   ]], "undamaged", long = true },
   { "jobs of Slurm end at their time limits, and go on", SLURM, "", long = true },
 }
