@@ -35,7 +35,9 @@ local function report(files, writer)
   local all = exchange.all { problem = problem, sums = sums }
   for r = 2, #all do
     problem = problem or all[r].problem and ("rank %d: %s"):format(r - 1, all[r].problem)
-    for kind, sum in pairs(all[r].sums) do files[kind].others = (files[kind].others or "") .. sum end
+    for kind, sum in pairs(all[r].sums) do
+      files[kind].others = (files[kind].others or "") .. sum
+    end
   end
   return problem
 end

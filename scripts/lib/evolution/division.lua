@@ -21,27 +21,52 @@ local division = {}
 ---@class limax.share the robots that a rank has, in order: some of the elites, some of the others
 ---@field count integer
 ---@field elites integer how many of them are elites
+---@field first_elite integer elites of ranks before
 ---@field before integer number in the generation of an own robot that is no elite, less that here
+---@field total integer robots of the generation
+---@field all_elites integer the first of these, of which some may need no simulation
+---@field ends { elites: integer[], others: integer[] } of the parts of each rank, from 1
 local Share = {}
 Share.__index = Share
 
--- The robots of part `rank` of so many: those after the first, up to the second number.
-local function part(count, rank)
-  return math.floor(count * rank / exchange.count), math.floor(count * (rank + 1) / exchange.count)
+-- Where the part of each rank ends, of so many robots in equal parts.
+local function equal_parts(count)
+  local ends = {}
+  for r = 1, exchange.count do ends[r] = math.floor(count * r / exchange.count) end
+  return ends
+end
+
+-- Where the parts end if each rank has whole islands. `elites` are those of each island.
+local function whole_islands(elites, size)
+  local ends, sum, k = { elites = {}, others = {} }, 0, 0
+  for r, last in ipairs(equal_parts(#elites)) do
+    while k < last do
+      k = k + 1
+      sum = sum + elites[k]
+    end
+    ends.elites[r], ends.others[r] = sum, k * size - sum
+  end
+  return ends
 end
 
 --- The share of a rank, this one if left out.
 ---@param total integer robots of the generation
----@param elites integer the first of these, of which some may need no simulation
+---@param elites integer|integer[] of the generation, or of each island: then ranks have whole
+--- islands, from which they breed without the genomes of others, where there are enough
 ---@param rank? integer from 0
 ---@return limax.share
 function division.share(total, elites, rank)
-  rank = rank or exchange.index
-  local first, last = part(elites, rank)
-  local others, last_other = part(total - elites, rank)
-  return setmetatable({ count = last - first + last_other - others, elites = last - first,
-    first_elite = first, before = elites + others - (last - first), total = total,
-    all_elites = elites }, Share)
+  local r, islands = (rank or exchange.index) + 1, nil
+  if type(elites) == "table" then
+    islands, elites = elites, 0
+    for _, count in ipairs(islands) do elites = elites + count end
+  end
+  local ends = islands and #islands >= exchange.count and whole_islands(islands, total / #islands)
+    or { elites = equal_parts(elites), others = equal_parts(total - elites) }
+  local first, others = ends.elites[r - 1] or 0, ends.others[r - 1] or 0
+  local own = ends.elites[r] - first
+  return setmetatable({ count = own + ends.others[r] - others, elites = own, first_elite = first,
+    before = elites + others - own, total = total, all_elites = elites, ends = ends }, Share)
 end
 
 --- The place of a robot in this share; nil of another rank's.
@@ -71,11 +96,23 @@ function Share:segments()
   return list
 end
 
--- The rank, from 0, that has a robot.
+-- How many robots each rank has in a list of ends.
+local function counts_of(ends)
+  local list = {}
+  for r, last in ipairs(ends) do list[r] = last - (ends[r - 1] or 0) end
+  return list
+end
+
+-- The rank, from 1, that has a robot.
 local function owner(share, i)
-  local first, count = 0, share.all_elites
-  if i > count then first, count = count, share.total - count end
-  return math.ceil((i - first) * exchange.count / count) - 1
+  local ends = share.ends.elites
+  if i > share.all_elites then i, ends = i - share.all_elites, share.ends.others end
+  local low, high = 1, #ends
+  while low < high do
+    local middle = math.floor((low + high) / 2)
+    if i <= ends[middle] then high = middle else low = middle + 1 end
+  end
+  return low
 end
 
 --- Refuses more ranks than a generation can be divided among.
@@ -119,7 +156,7 @@ function division.genomes(robots, list)
   if exchange.count == 1 then return memory end
   local all, taken = exchange.all(ffi.string(memory, #own_list * size)), {}
   for k, i in ipairs(list) do
-    local from = owner(robots.share, i) + 1
+    local from = owner(robots.share, i)
     local place = taken[from] or 0
     ffi.copy(memory + (k - 1) * count, all[from]:sub(place + 1, place + size), size)
     taken[from] = place + size
@@ -186,17 +223,16 @@ end
 function division.collect_genomes(robots, all)
   local own, share, count = own_genomes(robots), robots.share, robots.own.genes
   exchange.all(true) -- an error of a rank ends all here, and not within what follows
-  local function send(from, number, into, of_part)
-    local sent, received = {}, {}
+  local function send(from, into, ends)
+    local numbers, sent, received = counts_of(ends), {}, {}
     for r = 1, exchange.count do
-      local first, last = part(of_part, r - 1)
-      sent[r], received[r] = r == 1 and number or 0, exchange.is_first and last - first or 0
+      sent[r] = r == 1 and numbers[exchange.index + 1] or 0
+      received[r] = exchange.is_first and numbers[r] or 0
     end
     exchange.trade(from, sent, into, received, count * ffi.sizeof "float", robots)
   end
-  send(own, share.elites, all, share.all_elites)
-  send(own + share.elites * count, share.count - share.elites, all and all
-    + share.all_elites * count, share.total - share.all_elites)
+  send(own, all, share.ends.elites)
+  send(own + share.elites * count, all and all + share.all_elites * count, share.ends.others)
 end
 
 --- Gives each rank the genomes of its share, which rank 0 has. Collective.
@@ -232,41 +268,18 @@ local function compare(generation, messages)
   end
 end
 
---- The genomes of the robots from which this rank breeds. Collective.
----@param sources integer[] numbers of the generation, which are sorted here by rank
----@param chosen string digest of all that survival and selection chose
----@param more integer
----@return limax.population of the engine, with these genomes in their order and place for `more`
-function division.parents(robots, sources, chosen, more)
-  local gathered = robots.world:empty(#sources + more)
-  if exchange.count == 1 then
-    local memory = division.genomes(robots, sources)
-    ffi.copy(gathered:genome_view():pointer(), memory, ffi.sizeof(memory))
-    return gathered
-  end
-  local share, own_state = robots.share, rawget(robots, "state")
-  table.sort(sources, function(a, b)
-    local of_a, of_b = owner(share, a), owner(share, b)
-    if of_a ~= of_b then return of_a < of_b end
-    return a < b
-  end)
-  local wanted, received = ffi.new("int32_t[?]", math.max(1, #sources), sources), {}
-  for r = 1, exchange.count do received[r] = 0 end
-  for _, i in ipairs(sources) do
-    local from = owner(share, i) + 1
-    received[from] = received[from] + 1
-  end
-  local own, count = own_genomes(robots), robots.own.genes
-  local messages = exchange.all { parents = chosen, state = own_state and state.encode(own_state),
-    counts = received, wanted = ffi.string(wanted, 4 * #sources) }
-  compare(robots.generation + 1, messages)
-  local sent, total = {}, 0
+-- Sends genomes to the ranks that named them, and receives those of this rank's list.
+---@param messages table[] of each rank: `wanted` numbers of the generation, `counts` by rank
+---@param own ffi.cdata* the genomes of this rank
+---@param into ffi.cdata* float[] in the order of the own list
+local function trade(robots, messages, own, into, owners)
+  local share, count = robots.share, robots.own.genes
+  local size, sent, total = count * ffi.sizeof "float", {}, 0
   for r, message in ipairs(messages) do
     sent[r] = message.counts[exchange.index + 1]
     total = total + sent[r]
   end
-  local out, size = ffi.new("float[?]", math.max(1, total * count)), count * ffi.sizeof "float"
-  local filled = 0
+  local out, filled = ffi.new("float[?]", math.max(1, total * count)), 0
   for r, message in ipairs(messages) do
     local list, first = ffi.cast("const int32_t *", message.wanted), 0
     for other = 1, exchange.index do first = first + message.counts[other] end
@@ -275,10 +288,60 @@ function division.parents(robots, sources, chosen, more)
       filled = filled + 1
     end
   end
-  local into = gathered:genome_view():pointer()
   exchange.all(true) -- an error of a rank ends all here, and not within what follows
-  exchange.trade(out, sent, into, received, size, { robots.own, gathered })
-  return gathered
+  exchange.trade(out, sent, into, messages[exchange.index + 1].counts, size, owners)
+end
+
+-- The robots of a list that other ranks have, by rank, and how many of each.
+local function foreign_of(share, list)
+  local foreign, of, counts = {}, {}, {}
+  for r = 1, exchange.count do counts[r] = 0 end
+  for _, i in ipairs(list) do
+    if not share:at(i) then
+      foreign[#foreign + 1], of[i] = i, owner(share, i)
+      counts[of[i]] = counts[of[i]] + 1
+    end
+  end
+  table.sort(foreign, function(a, b)
+    if of[a] ~= of[b] then return of[a] < of[b] end
+    return a < b
+  end)
+  return foreign, counts
+end
+
+--- The genomes of the robots from which this rank breeds. Collective.
+---@param sources integer[] numbers of the generation
+---@param chosen string digest of all that survival and selection chose
+---@param more integer
+---@return limax.population of the engine: the own one if it has them and `more` is 0, else a copy,
+--- with place for so many more at its end
+---@return table<integer, integer> places there by number of the generation
+function division.parents(robots, sources, chosen, more)
+  local share, own_state, at = robots.share, rawget(robots, "state"), {}
+  local foreign, counts = foreign_of(share, sources)
+  local wanted = ffi.new("int32_t[?]", math.max(1, #foreign), foreign)
+  local messages = exchange.all { parents = chosen, state = own_state and state.encode(own_state),
+    counts = counts, wanted = ffi.string(wanted, 4 * #foreign), any = foreign[1] ~= nil }
+  compare(robots.generation + 1, messages)
+  local is_traded, is_copied = false, foreign[1] ~= nil or more > 0
+  for _, message in ipairs(messages) do is_traded = is_traded or message.any end
+  local own = (is_traded or is_copied) and own_genomes(robots)
+  local gathered = is_copied and robots.world:empty(#sources + more) or robots.own
+  local into = is_copied and gathered:genome_view():pointer() or nil
+  if is_traded then trade(robots, messages, own, into, { robots.own, gathered }) end
+  for _, i in ipairs(sources) do at[i] = share:at(i) end
+  if not is_copied then return gathered, at end
+  local count, filled = robots.own.genes, #foreign
+  for k, i in ipairs(foreign) do at[i] = k end
+  for _, i in ipairs(sources) do
+    local place = share:at(i)
+    if place then
+      ffi.copy(into + filled * count, own + (place - 1) * count, count * ffi.sizeof "float")
+      filled = filled + 1
+      at[i] = filled
+    end
+  end
+  return gathered, at
 end
 
 -- ---- diversity ----------------------------------------------------------------------------------
@@ -326,15 +389,9 @@ end
 -- Receives the rows of other ranks, which have the same fields.
 local function share_rows(robots)
   local all, share = robots.rows, robots.share
-  for _, each in ipairs { { 0, share.all_elites },
-    { share.all_elites, share.total - share.all_elites } } do
-    local numbers = {}
-    for r = 1, exchange.count do
-      local first, last = part(each[2], r - 1)
-      numbers[r] = last - first
-    end
-    exchange.share(all.data + each[1], numbers, all.layout.size, all)
-  end
+  local size, ends = all.layout.size, share.ends
+  exchange.share(all.data, counts_of(ends.elites), size, all)
+  exchange.share(all.data + share.all_elites, counts_of(ends.others), size, all)
   all.stamp = all.stamp + 1
 end
 

@@ -53,8 +53,8 @@ end
 
 ---@class limax.islands.steps functions of the loop that work on one island
 ---@field survive fun(view: table): integer[], table survivors, and the pool of parents
----@field choose fun(pool: table, child: integer, elites: integer): table|nil two parents; nil for a
---- robot of another rank
+---@field choose fun(pool: table, child: integer, elites: integer[]): table|nil two parents, by the
+--- elites of each island; nil for a robot of another rank
 ---@field random limax.random of the topology
 
 -- The survivors of each island by their indices in the whole population.
@@ -78,6 +78,7 @@ end
 ---@return integer[] elites
 ---@return (integer|limax.archive.row)[][] parents
 ---@return integer[] homes the island of each robot of the next generation
+---@return integer[] of_islands elites of each island
 function islands.select(robots, options, generation, steps)
   local groups, pools, lists = views(robots, options.count), {}, {}
   for k, view in ipairs(groups) do
@@ -92,8 +93,9 @@ function islands.select(robots, options, generation, steps)
     end
   end
   go_on(robots, lists, options, generation, steps)
-  local elites, parents, homes = {}, {}, {}
+  local elites, parents, homes, of_islands = {}, {}, {}, {}
   for k, list in ipairs(lists) do
+    of_islands[k] = #list
     for _, i in ipairs(list) do
       elites[#elites + 1], parents[#parents + 1], homes[#homes + 1] = i, { i, i }, k
     end
@@ -101,7 +103,7 @@ function islands.select(robots, options, generation, steps)
   for k, view in ipairs(groups) do
     for _ = #lists[k] + 1, #robots / options.count do
       local child = #homes + 1
-      local pair = steps.choose(pools[k], child, #elites)
+      local pair = steps.choose(pools[k], child, of_islands)
       -- a row of the archive belongs to no island
       for side, parent in ipairs(pair or {}) do
         pair[side] = type(parent) == "table" and parent or view.places and view.places[parent]
@@ -110,7 +112,7 @@ function islands.select(robots, options, generation, steps)
       parents[child], homes[child] = pair, k
     end
   end
-  return elites, parents, homes
+  return elites, parents, homes, of_islands
 end
 
 return islands

@@ -181,7 +181,7 @@ end
 
 ---@class limax.mating.parents of the robots of a share
 ---@field engine limax.population genomes
----@field rows limax.row[] one for each genome
+---@field rows limax.row[] of those genomes, by their places
 ---@field pairs integer[][] two indices of these for each robot of the share
 
 -- The row of a parent.
@@ -205,16 +205,15 @@ local function parents_of(robots, share, chosen)
   if not (of_archive[1] or robots.world.is_divided) then
     return { engine = robots.own, rows = robots.rows, pairs = own }
   end
-  local gathered = division.parents(robots, needed, chosen.digest, #of_archive)
-  local found, at, size = {}, {}, gathered.genes * ffi.sizeof "float"
-  for _, row in ipairs(of_archive) do
-    ffi.copy(gathered:genome_view():pointer() + #needed * gathered.genes, archived.genome(row),
-      size)
-    needed[#needed + 1] = row
+  local from, at = division.parents(robots, needed, chosen.digest, #of_archive)
+  local found, size = {}, from.genes * ffi.sizeof "float"
+  for k, row in ipairs(of_archive) do
+    at[row] = from.count - #of_archive + k
+    ffi.copy(from:genome_view():pointer() + (at[row] - 1) * from.genes, archived.genome(row), size)
   end
-  for k, source in ipairs(needed) do at[source], found[k] = k, row_of(robots, source) end
+  for source, k in pairs(at) do found[k] = row_of(robots, source) end
   for k, pair in ipairs(own) do own[k] = { at[pair[1]], at[pair[2]] } end
-  return { engine = gathered, rows = found, pairs = own }
+  return { engine = from, rows = found, pairs = own }
 end
 
 -- The rows of the next generation, still without the bodies of the offspring; those of other ranks
@@ -277,7 +276,7 @@ end
 function mating.breed(world, robots, decided, chosen)
   local materials = robots.materials
   if not decided.same_materials then materials = world:materials_with(decided.fields) end
-  local share = division.share(#robots, #chosen.elites)
+  local share = division.share(#robots, chosen.of_islands or #chosen.elites)
   local parents = parents_of(robots, share, chosen)
   -- an elite keeps its score under the same materials, in the same trials
   local keep = decided.same_materials and world.trials(robots.generation + 1) == robots.trials

@@ -57,6 +57,7 @@ end
 ---@field parents table<integer, (integer|limax.archive.row)[]|nil> a pair per robot, at least for
 --- those of this rank
 ---@field homes integer[]|nil an island per robot
+---@field of_islands integer[]|nil elites of each island
 ---@field digest string of what all ranks chose
 
 -- A digest of the elites, the pools of parents, and the pairs that all ranks chose.
@@ -84,7 +85,7 @@ function select.choose(world, robots, decided)
   local config, own = world.config, source.place(world.config.selection)
   local selection, random = world.experiment.selection, nil
   local place = own and (" (%s)"):format(own) or ""
-  local elites, parents, homes, share
+  local elites, parents, homes, of_islands, share
   local rankings, pools = {}, {}
   local function choose(pool, child, all_elites)
     if not rankings[pool] then
@@ -107,7 +108,8 @@ function select.choose(world, robots, decided)
       failure.raise(2, "breed: in an experiment with islands, elites and parents come from its"
         .. " survival and selection; leave them out")
     end
-    elites, parents, homes = islands.select(robots, config.islands, generation, { choose = choose,
+    elites, parents, homes, of_islands = islands.select(robots, config.islands, generation, {
+      choose = choose,
       survive = function(view) return survive(world, view, generation, parameters) end,
       random = random_of(world, generation, config.population + config.islands.count + 1) })
   else
@@ -121,7 +123,8 @@ function select.choose(world, robots, decided)
   for pool, ranking in pairs(rankings) do
     mating.check_unchanged(pool, ranking, "the selection")
   end
-  local chosen = { elites = elites, parents = parents, homes = homes }
+  local chosen = { elites = elites, parents = parents, homes = homes,
+    of_islands = of_islands }
   chosen.digest = world.is_divided and digest_of(robots, chosen, pools, own) or nil
   return chosen
 end

@@ -1,8 +1,10 @@
 --- ranks.lua: one run on several ranks of mpirun gives the bytes of the plain command, wherever it
 --- was interrupted, and ends with a reason where ranks compute different things.
 
+local division = require "limax.evolution.division"
 local engine = require "limax.engine"
 local evolution = require "support.evolution"
+local exchange = require "limax.base.exchange"
 local faulty_server = require "support.faulty_server"
 local host = require "limax.host"
 local process = require "support.process"
@@ -62,6 +64,44 @@ test("any number of ranks gives the same bytes, also after a resume", function(t
   end
 end)
 
+suite:test("each robot is of one rank, and each island where there are enough", function(t)
+  local random = engine.random(11, 1, "user", 1, 1)
+  local before = exchange.count
+  for _ = 1, 300 do
+    exchange.count = random:integer(7)
+    local islands, size, elites, homes = random:integer(20), 1 + random:integer(9), {}, {}
+    for k = 1, islands do elites[k] = random:integer(size) - 1 end
+    for k = 1, islands do for _ = 1, elites[k] do homes[#homes + 1] = k end end
+    for k = 1, islands do for _ = elites[k] + 1, size do homes[#homes + 1] = k end end
+    local rank_of, rank_of_island, places = {}, {}, 0
+    for rank = 0, exchange.count - 1 do
+      local share = division.share(#homes, elites, rank)
+      local listed = 0
+      for _, segment in ipairs(share:segments()) do
+        for n = 0, segment.count - 1 do
+          listed = listed + 1
+          t:ok(share:at(segment.first + n + 1) == segment.place + n + 1)
+          t:ok(share:number(segment.place + n + 1) == segment.first + n + 1)
+        end
+      end
+      t:equal(listed, share.count)
+      places = places + listed
+      for i, home in ipairs(homes) do
+        if share:at(i) then
+          t:ok(rank_of[i] == nil)
+          rank_of[i] = rank
+          if islands >= exchange.count then
+            rank_of_island[home] = rank_of_island[home] or rank
+            t:ok(rank_of_island[home] == rank)
+          end
+        end
+      end
+    end
+    t:equal(places, #homes)
+  end
+  exchange.count = before
+end)
+
 -- Experiments whose functions read robots of other ranks, or make genes.
 local KINDS = {
   { "survival, selection and supervisor that read genomes", [[
@@ -117,15 +157,15 @@ local KINDS = {
 }
 
 for _, kind in ipairs(KINDS) do
-  test("the same bytes on three ranks: " .. kind[1], function(t, folder)
+  test("the same bytes on two and three ranks: " .. kind[1], function(t, folder)
     evolution.script(folder .. "/kind.lua", [[lattice = { 3, 3, 3 }, population = 24,
       generations = 4, simulation = { duration = 0.3, settle = 0.1, accuracy = "preview" }, ]]
       .. kind[2])
-    for _, ranks in ipairs { 0, 3 } do
+    for _, ranks in ipairs { 0, 2, 3 } do
       completes(ranks, t, folder, "run", "kind.lua", "-q", "--device", "cpu", "--out",
         tostring(ranks))
     end
-    same(t, folder .. "/3", folder .. "/0")
+    for _, ranks in ipairs { "2", "3" } do same(t, folder .. "/" .. ranks, folder .. "/0") end
   end)
 end
 
