@@ -16,6 +16,9 @@ local arrays = {}
 -- Of the running kernel: processes that share it share the parts of files that are not on disk.
 local BOOT = "/proc/sys/kernel/random/boot_id"
 
+-- Bytes that a rank writes at a time, of several.
+local CHUNK = 2 ^ 24
+
 -- Does every rank see the file that rank 0 began?
 local function is_shared(path)
   if exchange.count == 1 then return true end
@@ -59,21 +62,31 @@ function arrays.write(run, robots)
     segments = exchange.is_first and { { first = 0, count = share.total, place = 0 } } or {}
     if not exchange.is_first then division.collect_genomes(robots) end
   end
+  -- several ranks wait anyway, and need no memory for all rows at once
+  local pauses, before, last = exchange.count > 1 and not collects, nil, nil
+  local function put_rows(file, first, count, place, fill)
+    if pauses and before then writer:wait(before) end
+    fill(ffi.cast("char *", writer:array(count * file.row)), first, count, place)
+    before, last = last, writer:write_rows(file.path, file.header + first * file.row, file.row,
+      share.total - first - count, syncs)
+  end
   local function put(file, fill)
     for _, segment in ipairs(segments) do
-      fill(ffi.cast("char *", writer:array(segment.count * file.row)), segment)
-      writer:write_rows(file.path, file.header + segment.first * file.row, file.row,
-        share.total - segment.first - segment.count, syncs)
+      local step = pauses and math.ceil(CHUNK / file.row) or segment.count
+      for k = 0, segment.count - 1, step do
+        put_rows(file, segment.first + k, math.min(step, segment.count - k), segment.place + k,
+          fill)
+      end
     end
   end
   -- the longer array first: it takes the memory of the one before
-  put(files.genomes, function(memory, segment)
+  put(files.genomes, function(memory, _, count, place)
     memory = ffi.cast("float *", memory)
     if collects then return division.collect_genomes(robots, memory) end
-    engine_population.copy_genomes(robots.own, memory, segment.place, segment.count)
+    engine_population.copy_genomes(robots.own, memory, place, count)
   end)
-  put(files.robots, function(memory, segment)
-    ffi.copy(memory, data + segment.first * files.robots.row, segment.count * files.robots.row)
+  put(files.robots, function(memory, first, count)
+    ffi.copy(memory, data + first * files.robots.row, count * files.robots.row)
   end)
   return files, exchange.count > 1 and report(files, writer) or nil
 end
