@@ -1,5 +1,5 @@
-// durable.h: files that survive a kill at any moment: complete or absent (write_atomic), or
-// extended by whole lines (append), on disk when the call returns. Includes guard.h and the
+// durable.h: files that survive a kill at any moment: complete or absent (write_atomic, end_parts),
+// or extended by whole lines (append), on disk when the call returns. Includes guard.h and the
 // standard library only. Any thread may call these functions, which throw a `failure`.
 #pragma once
 

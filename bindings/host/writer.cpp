@@ -199,8 +199,10 @@ private:
             }
             lock.lock();
             if (problem.empty()) {
-                if (next.what == task::write_rows && spares_.size() < most_spares)
+                if (next.what == task::write_rows) {
                     spares_.emplace(next.bytes.capacity(), std::move(next.bytes));
+                    if (spares_.size() > most_spares) spares_.erase(spares_.begin());
+                }
                 jobs_.pop_front();
                 ++done_;
             }

@@ -1,7 +1,7 @@
 --- arrays.lua: writes the robots and the genomes of a generation. Rank 0 begins a file for each and
 --- gives it its name at the end (run/folder.lua); in between each rank writes the rows of its own
---- robots. Where a rank does not see the files, on a host with another file system, rank 0 collects
---- all genomes and writes alone.
+--- robots. Where a rank cannot write there, on a host with another file system, rank 0 collects all
+--- genomes and writes alone.
 
 local ffi = require "ffi"
 
@@ -19,11 +19,13 @@ local BOOT = "/proc/sys/kernel/random/boot_id"
 -- Bytes that a rank writes at a time, of several.
 local CHUNK = 2 ^ 24
 
--- Does every rank see the file that rank 0 began?
+-- Can every rank write into the file that rank 0 began?
 local function is_shared(path)
   if exchange.count == 1 then return true end
-  for _, sees in ipairs(exchange.all(host.file.exists(path) == "file")) do
-    if not sees then return false end
+  local file = io.open(path, "r+b")
+  if file then file:close() end
+  for _, writes in ipairs(exchange.all(file ~= nil)) do
+    if not writes then return false end
   end
   return true
 end

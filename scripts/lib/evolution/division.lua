@@ -52,7 +52,7 @@ end
 --- The share of a rank, this one if left out.
 ---@param total integer robots of the generation
 ---@param elites integer|integer[] of the generation, or of each island: then ranks have whole
---- islands, from which they breed without the genomes of others, where there are enough
+--- islands if each gets as many, and breed without the genomes of others
 ---@param rank? integer from 0
 ---@return limax.share
 function division.share(total, elites, rank)
@@ -61,7 +61,8 @@ function division.share(total, elites, rank)
     islands, elites = elites, 0
     for _, count in ipairs(islands) do elites = elites + count end
   end
-  local ends = islands and #islands >= exchange.count and whole_islands(islands, total / #islands)
+  local ends = islands and #islands % exchange.count == 0
+    and whole_islands(islands, total / #islands)
     or { elites = equal_parts(elites), others = equal_parts(total - elites) }
   local first, others = ends.elites[r - 1] or 0, ends.others[r - 1] or 0
   local own = ends.elites[r] - first
@@ -87,10 +88,13 @@ function Share:number(k) return k <= self.elites and k + self.first_elite or k +
 ---@return { first: integer, count: integer, place: integer }[] the first robot's place there and
 --- here, from 0
 function Share:segments()
+  local first, rest = self.first_elite, self.before + self.elites
+  if first + self.elites == rest then
+    return { { first = first, count = self.count, place = 0 } }
+  end
   local list = {}
-  for _, each in ipairs { { first = self.first_elite, count = self.elites, place = 0 },
-    { first = self.before + self.elites, count = self.count - self.elites,
-      place = self.elites } } do
+  for _, each in ipairs { { first = first, count = self.elites, place = 0 },
+    { first = rest, count = self.count - self.elites, place = self.elites } } do
     if each.count > 0 then list[#list + 1] = each end
   end
   return list
@@ -235,15 +239,15 @@ function division.collect_genomes(robots, all)
   send(own + share.elites * count, all and all + share.all_elites * count, share.ends.others)
 end
 
---- Gives each rank the genomes of its share, which rank 0 has. Collective.
+--- Gives each rank the genomes of its share, without elites, which rank 0 has. Collective.
 ---@param all string|nil float[robots * genes] of rank 0
 ---@return ffi.cdata*|string float[count * genes]
 function division.deal(share, all, count)
   if exchange.count == 1 then return all end
   local into = ffi.new("float[?]", share.count * count)
   local sent, received = {}, {}
-  for r = 1, exchange.count do
-    sent[r] = exchange.is_first and division.share(share.total, share.all_elites, r - 1).count or 0
+  for r, number in ipairs(counts_of(share.ends.others)) do
+    sent[r] = exchange.is_first and number or 0
     received[r] = r == 1 and share.count or 0
   end
   exchange.all(true)
@@ -321,11 +325,12 @@ function division.parents(robots, sources, chosen, more)
   local foreign, counts = foreign_of(share, sources)
   local wanted = ffi.new("int32_t[?]", math.max(1, #foreign), foreign)
   local messages = exchange.all { parents = chosen, state = own_state and state.encode(own_state),
-    counts = counts, wanted = ffi.string(wanted, 4 * #foreign), any = foreign[1] ~= nil }
+    counts = counts, wanted = ffi.string(wanted, 4 * #foreign) }
   compare(robots.generation + 1, messages)
   local is_traded, is_copied = false, foreign[1] ~= nil or more > 0
-  for _, message in ipairs(messages) do is_traded = is_traded or message.any end
-  local own = (is_traded or is_copied) and own_genomes(robots)
+  for _, message in ipairs(messages) do is_traded = is_traded or message.wanted ~= "" end
+  -- a GPU's are copied
+  local own = (is_traded or is_copied and #foreign < #sources) and own_genomes(robots)
   local gathered = is_copied and robots.world:empty(#sources + more) or robots.own
   local into = is_copied and gathered:genome_view():pointer() or nil
   if is_traded then trade(robots, messages, own, into, { robots.own, gathered }) end

@@ -145,6 +145,7 @@ function record.write(run, robots)
   else
     local began = host.clock()
     local files, problem = arrays.write(run, robots)
+    if problem and not exchange.is_first then exchange.all(true) end -- rank 0 ends all
     if not exchange.is_first then return end
     run.folder:check(not problem, problem)
     if robots.world.is_divided then robots.stored = stored_in(run.folder) end

@@ -53,6 +53,7 @@ end
 function Folder:check(ok, message)
   update(self)
   if ok then return end
+  self.writer:wait()
   for _, begun in pairs(self.begun) do
     for _, kind in ipairs(files.ARRAYS) do host.file.remove(begun[kind].path) end
   end
@@ -129,11 +130,11 @@ function Folder:begin_arrays(robots)
   for _, kind in ipairs(generation == 0 and { "robots", "genomes", "champion" } or {}) do
     make_folder_of(self, files.place(kind, repetition, generation))
   end
-  local all, genes = robots.rows, robots.own.genes
+  local all, genes, here = robots.rows, robots.own.genes, host.file.absolute "." .. "/"
   local function begin(kind, header, row)
     local name = self.path .. "/" .. files.place(kind, repetition, generation)
-    local path = ("%s/.%s.%s.part"):format(host.file.absolute(source.folder_of(name)),
-      source.name_of(name), self.token)
+    local path = ("%s%s/.%s.%s.part"):format(name:match "^/" and "" or here,
+      source.folder_of(name), source.name_of(name), self.token)
     self.writer:begin_array(path, header, all.count, row)
     return { path = path, name = name, header = #header, row = row }
   end

@@ -242,8 +242,8 @@ records.timing = {
   { "seconds.fitness", "number", "the fitness, and what archive and survival measure", unit = "s" },
   { "seconds.ranks", "number?", "on several ranks of `mpirun`: that rank 0 waited for the others"
     .. " and exchanged scores with them; the other times are its own", unit = "s" },
-  { "seconds.write", "number", "that the run waited for the files of earlier generations",
-    unit = "s" },
+  { "seconds.write", "number", "that the run waited for the files of earlier generations; on"
+    .. " several ranks, until all had written this one", unit = "s" },
   { "supervision", "table?", "absent in generation 0", by = "supervise" },
   { "supervision.proposed", "whole", "number of proposed fields", unit = "1" },
   { "supervision.accepted", "number?", "share of these; absent if nothing was proposed, as are the"
@@ -317,7 +317,8 @@ records.journal = {
     { "evaluations", "whole", "in this repetition up to here", unit = "robots" },
     { "recent", "switch?", "true: its robots and genomes are removed after three more"
       .. " generations" },
-    { "files", "table", "size in bytes and hash of each file; of an array also bytes of a row" },
+    { "files", "table", "size in bytes and hash of each file; of robots and genomes also"
+      .. " bytes of a row" },
     { "files.robots", "part", "`rNN/robots/gNNNN.npy`" },
     { "files.genomes", "part", "`rNN/genomes/gNNNN.npy`" },
     { "files.champion", "part", "`rNN/champions/gNNNN.json`" },
