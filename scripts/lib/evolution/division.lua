@@ -36,15 +36,12 @@ local function equal_parts(count)
   return ends
 end
 
--- Where the parts end if each rank has whole islands. `elites` are those of each island.
+-- Where the parts end if each rank has whole islands of `size` robots, of which so many are elites.
 local function whole_islands(elites, size)
-  local ends, sum, k = { elites = {}, others = {} }, 0, 0
-  for r, last in ipairs(equal_parts(#elites)) do
-    while k < last do
-      k = k + 1
-      sum = sum + elites[k]
-    end
-    ends.elites[r], ends.others[r] = sum, k * size - sum
+  local ends, sum, each = { elites = {}, others = {} }, 0, #elites / exchange.count
+  for k, count in ipairs(elites) do
+    sum = sum + count
+    if k % each == 0 then ends.elites[k / each], ends.others[k / each] = sum, k * size - sum end
   end
   return ends
 end
