@@ -86,17 +86,12 @@ local function start(arguments)
   return run.run(own)
 end
 
--- The scores of a champion in each world.
-local function scores_of(one, experiment, worlds, device)
+-- The champion of a run's last generation.
+local function champion_of(one)
   local description, message = runs.description(one, one.lines[#one.lines])
   if not description then failure.raise_damaged(message) end
   description.materials = one.config.materials
-  local scores, wrong = task.scores(experiment, description, worlds, device)
-  if not scores then
-    failure.raise(1, ("%s: its champion has no score in a world: %s"):format(
-      runs.champion(one, one.lines[#one.lines]), wrong))
-  end
-  return scores
+  return description
 end
 
 local function score(arguments)
@@ -108,18 +103,27 @@ local function score(arguments)
   end
   local version = task.of(experiment).version
   experiment = experiment:override(config.run.overrides)
-  local worlds, device = task.worlds(experiment), engine.device(arguments.device or "auto")
+  local begun, champions = {}, {}
   for _, one in ipairs(folder.runs) do
     if #one.lines > 0 then
-      local scores = scores_of(one, experiment, worlds, device)
-      local spread = "1 world"
-      if #scores > 1 then
-        local low, high = bootstrap.interval(scores, sample.mean)
-        spread = ("95 %% interval %.4g to %.4g, %d worlds"):format(low, high, #scores)
-      end
-      output.write(("%s, version %d, repetition %d: %.4g (%s)\n"):format(config.name, version,
-        one.repetition, sample.mean(scores), spread))
+      begun[#begun + 1], champions[#champions + 1] = one, champion_of(one)
     end
+  end
+  if not begun[1] then return end
+  local scores, wrong = task.scores(experiment, champions, task.worlds(experiment),
+    engine.device(arguments.device or "auto"))
+  for k, one in ipairs(begun) do
+    if wrong[k] then
+      failure.raise(1, ("%s: its champion has no score in a world: %s"):format(
+        runs.champion(one, one.lines[#one.lines]), wrong[k]))
+    end
+    local spread = "1 world"
+    if #scores[k] > 1 then
+      local low, high = bootstrap.interval(scores[k], sample.mean)
+      spread = ("95 %% interval %.4g to %.4g, %d worlds"):format(low, high, #scores[k])
+    end
+    output.write(("%s, version %d, repetition %d: %.4g (%s)\n"):format(config.name, version,
+      one.repetition, sample.mean(scores[k]), spread))
   end
 end
 

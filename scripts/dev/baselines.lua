@@ -82,15 +82,18 @@ end
 local function score_arm(folder, name, arm, out, device)
   local list = runs.finished { runs.read(out) }
   local experiment = scripts.run_copy(list[1].folder):override(list[1].config.run.overrides)
-  local worlds, scores, best = task.worlds(experiment), {}, nil
+  local champions, scores, best = {}, {}, nil
   for r, run in ipairs(list) do
-    local line = run.lines[#run.lines]
-    local description = assert(runs.description(run, line))
-    description.materials = run.config.materials
-    local own, message = task.scores(experiment, description, worlds, device)
-    if not own then error(("%s, repetition %d: %s"):format(out, run.repetition, message), 0) end
-    scores[r] = sample.mean(own)
-    if scores[r] == math.max(unpack(scores)) then best = runs.champion(run, line) end
+    champions[r] = assert(runs.description(run, run.lines[#run.lines]))
+    champions[r].materials = run.config.materials
+  end
+  local all, wrong = task.scores(experiment, champions, task.worlds(experiment), device)
+  for r, run in ipairs(list) do
+    if wrong[r] then error(("%s, repetition %d: %s"):format(out, run.repetition, wrong[r]), 0) end
+    scores[r] = sample.mean(all[r])
+    if scores[r] == math.max(unpack(scores)) then
+      best = runs.champion(run, run.lines[#run.lines])
+    end
   end
   write(("%s/champions/%s-%s.json"):format(folder, name, arm), read(best))
   write(("%s/scores/%s-%s.json"):format(folder, name, arm), host.json.encode {

@@ -15,8 +15,9 @@ for _, file in ipairs(host.file.list(host.home .. "/scripts/tasks")) do
   local row = ("s"):rep(lattice[1]) .. "\n"
   local body = limax.robot { voxels = (row:rep(lattice[2]) .. "\n"):rep(lattice[3]),
     materials = experiment.config.materials }
-  local scores = assert(task.scores(experiment, body:table(), task.worlds(experiment),
-    engine.device "auto"))
-  print(("%-12s %7.3f in the mean of %d worlds"):format(file, sample.mean(scores), #scores))
+  local scores, wrong = task.scores(experiment, { body:table() }, task.worlds(experiment),
+    engine.device "auto")
+  assert(not wrong[1], wrong[1])
+  print(("%-12s %7.3f in the mean of %d worlds"):format(file, sample.mean(scores[1]), #scores[1]))
 end
 experiments.idle = false -- none of them is to be run

@@ -3,13 +3,19 @@
 --- is `about`, and a `small` budget. Worlds that differ are its `trials`.
 
 local choice = require "limax.base.choice"
+local engine = require "limax.engine"
 local experiments = require "limax.experiment.experiment"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
+local prepared = require "limax.robot.prepared"
 local robot = require "limax.robot.robot"
+local robot_file = require "limax.robot.robot_file"
+local rows = require "limax.robot.rows"
 local schema = require "limax.engine.schema"
+local scored_robot = require "limax.robot.scored_robot"
 local scoring = require "limax.robot.scoring"
 local source = require "limax.base.source"
+local steps = require "limax.robot.steps"
 local strict = require "limax.engine.strict"
 
 local task = strict.module "limax.task"
@@ -78,30 +84,62 @@ function task.worlds(experiment)
   return worlds
 end
 
---- The score of a robot in each world at `publish`; nil and a message if it has none in one.
----@param description limax.robot.description
----@param worlds limax.trial[]
----@param device limax.device|string
----@return number[]|nil scores
----@return string|nil message
-function task.scores(experiment, description, worlds, device)
-  description = source.copy(description)
-  description.trials = {}
-  for k, world in ipairs(worlds) do
-    description.trials[k] = { scene = world.scene, simulation = world.options,
-      materials = world.engine_materials and world.engine_materials:table() }
+-- A simulation of robots in a world at `publish`, and what a scored robot of it is made of.
+local function prepare(one, k, descriptions, device)
+  local parts = prepared.parts(one, { accuracy = "publish", trial = k })
+  local robots = robot_file.population(descriptions, one.description.lattice)
+  for i, description in ipairs(descriptions) do
+    robot_file.place(robots, i, description, parts.materials)
   end
-  local scores = {}
-  local walked = robot.of(description):simulate { accuracy = "publish", device = device }
-  for k, trial in ipairs(walked.trials) do
-    local wrong
-    if trial.status == "done" then
-      local value, _, message = scoring.call(experiment.fitness.call, trial)
-      scores[k], wrong = value, message
+  robots:check(parts.materials, { require_muscle = false })
+  local simulation = engine.simulation(robots, parts.materials, parts.scene, parts.options, device)
+  return simulation, { by_hand = true, population = robots, simulation = simulation,
+    materials = parts.materials, scene = parts.scene:table(), options = parts.options }
+end
+
+-- The scores of all robots in a world, nil of one without, whose reason is added.
+local function scores_in(experiment, context, count, wrong)
+  local all, at, scores = rows.new({ letters = rows.letters(context.population.lattice) }, count),
+    {}, {}
+  for i = 1, count do all[i].id, all[i].origin, at[i] = i, "hand", i end
+  rows.describe(all, context.population, context.materials)
+  rows.settle(all, { context.simulation }, at)
+  for i = 1, count do
+    local own, message = source.copy(context), all[i].reason
+    own.index = i
+    if all[i].status == "done" then
+      local _
+      scores[i], _, message = scoring.call(experiment.fitness.call, scored_robot.new(all[i], own))
     end
-    if not scores[k] then return nil, wrong or trial.reason end
+    if not scores[i] then wrong[i] = wrong[i] or message end
   end
   return scores
+end
+
+--- The scores of robots in each world at `publish`. All are simulated together.
+---@param descriptions limax.robot.description[] of one lattice, with the same materials
+---@param worlds limax.trial[]
+---@param device limax.device
+---@return number[][] scores [robot][world]
+---@return table<integer, string> wrong why a robot has no score in a world
+function task.scores(experiment, descriptions, worlds, device)
+  local first = source.copy(descriptions[1])
+  first.trials = {}
+  for k, world in ipairs(worlds) do
+    first.trials[k] = { scene = world.scene, simulation = world.options,
+      materials = world.engine_materials and world.engine_materials:table() }
+  end
+  local one, simulations, contexts, scores, wrong = robot.of(first), {}, {}, {}, {}
+  for k = 1, #worlds do
+    simulations[k], contexts[k] = prepare(one, k, descriptions, device)
+  end
+  steps.finish(simulations)
+  for i = 1, #descriptions do scores[i] = {} end
+  for k, context in ipairs(contexts) do
+    local of_world = scores_in(experiment, context, #descriptions, wrong)
+    for i = 1, #descriptions do scores[i][k] = of_world[i] end
+  end
+  return scores, wrong
 end
 
 return strict.close("limax.task", task)
