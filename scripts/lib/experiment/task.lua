@@ -97,23 +97,13 @@ local function prepare(one, k, descriptions, device)
     materials = parts.materials, scene = parts.scene:table(), options = parts.options }
 end
 
--- The scores of all robots in a world, nil of one without, whose reason is added.
-local function scores_in(experiment, context, count, wrong)
-  local all, at, scores = rows.new({ letters = rows.letters(context.population.lattice) }, count),
-    {}, {}
-  for i = 1, count do all[i].id, all[i].origin, at[i] = i, "hand", i end
-  rows.describe(all, context.population, context.materials)
-  rows.settle(all, { context.simulation }, at)
-  for i = 1, count do
-    local own, message = source.copy(context), all[i].reason
-    own.index = i
-    if all[i].status == "done" then
-      local _
-      scores[i], _, message = scoring.call(experiment.fitness.call, scored_robot.new(all[i], own))
-    end
-    if not scores[i] then wrong[i] = wrong[i] or message end
-  end
-  return scores
+-- The score of a robot in a world; nil and why if it has none.
+local function score_of(experiment, row, context, i)
+  if row.status ~= "done" then return nil, row.reason end
+  local own = source.copy(context)
+  own.index = i
+  local score, _, message = scoring.call(experiment.fitness.call, scored_robot.new(row, own))
+  return score, message
 end
 
 --- The scores of robots in each world at `publish`. All are simulated together.
@@ -136,8 +126,11 @@ function task.scores(experiment, descriptions, worlds, device)
   steps.finish(simulations)
   for i = 1, #descriptions do scores[i] = {} end
   for k, context in ipairs(contexts) do
-    local of_world = scores_in(experiment, context, #descriptions, wrong)
-    for i = 1, #descriptions do scores[i][k] = of_world[i] end
+    local all = rows.together(context.population, context.materials, context.simulation)
+    for i, row in ipairs(all) do
+      local score, message = score_of(experiment, row, context, i)
+      scores[i][k], wrong[i] = score, wrong[i] or message
+    end
   end
   return scores, wrong
 end

@@ -161,6 +161,16 @@ function rows.by_hand(described, population, materials, simulation)
   return one[1]
 end
 
+--- Robots by hand that were simulated together.
+---@param population limax.population
+function rows.together(population, materials, simulation)
+  local all, at = rows.new({ letters = rows.letters(population.lattice) }, population.count), {}
+  for i = 1, all.count do all[i].id, all[i].origin, at[i] = i, "hand", i end
+  rows.describe(all, population, materials)
+  rows.settle(all, { simulation }, at)
+  return all
+end
+
 --- A robot by hand that was simulated in several trials.
 ---@param list limax.row[] of each trial
 ---@param population limax.population its body is robot 1

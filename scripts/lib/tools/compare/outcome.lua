@@ -82,12 +82,7 @@ local function simulate(list, device, values, calls, on_progress)
   robots:check(materials, { require_muscle = false })
   local simulation = engine.simulation(robots, materials, scene, options, device)
   simulation:run(on_progress)
-  local all, at = rows.new({ letters = rows.letters(config.lattice) }, #list), {}
-  for i = 1, #list do
-    all[i].id, all[i].origin, at[i] = i, "hand", i
-  end
-  rows.describe(all, robots, materials)
-  rows.settle(all, { simulation }, at)
+  local all = rows.together(robots, materials, simulation)
   for i, run in ipairs(list) do
     if all[i].status == "done" then
       values[run] = scoring.call(calls[run], scored_robot.new(all[i], { population = robots,
