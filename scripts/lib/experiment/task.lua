@@ -99,7 +99,7 @@ end
 
 -- The score of a robot in a world; nil and why if it has none.
 local function score_of(experiment, row, context, i)
-  if row.status ~= "done" then return nil, row.reason end
+  if row.status ~= "done" then return nil, row.reason or row.status end
   local own = source.copy(context)
   own.index = i
   local score, _, message = scoring.call(experiment.fitness.call, scored_robot.new(row, own))
