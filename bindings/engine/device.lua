@@ -65,7 +65,7 @@ local function handle(what, on)
     if not shared or not shared.handle then shared = device "auto" end
     on = shared
   end
-  return object.handle(what .. ": device", on, class)
+  return object.handle(what .. ": device", on, class), on.kind
 end
 
 return { class = class, device = device, handle = handle }

@@ -50,6 +50,7 @@ local generation_rule = schema.whole(0, MOST, 0)
 ---@field count integer robots
 ---@field genes integer numbers in a genome, 0 without an encoding
 ---@field control_genes integer the last of these, which give no body
+---@field lent boolean may a view of its genomes be written to?
 ---@field lattice integer[] voxels along x, y, z
 
 ---@class limax.breeding
@@ -88,7 +89,7 @@ local function population(options)
     -- sizes by which memory is read: a script may change the list `lattice`
     extent = { lattice[1], lattice[2], lattice[3] },
     -- of the material table with which bodies were last expressed or checked
-    materials_count = tonumber(C.LIMAX_MAX_MATERIALS),
+    materials_count = tonumber(C.LIMAX_MAX_MATERIALS), lent = false,
   })
   abi.check(C.limax_population_number(made.handle, options.before), "population.before")
   return made
@@ -106,10 +107,12 @@ local function range_of(what, total, first, count)
 end
 
 -- Calls `work(first, count)` (first from 0), which returns a status of the engine, over a range of
--- robots (as range_of), in calls short enough for Ctrl-C. The split does not affect results.
-local function in_ranges(what, total, first, count, work)
+-- robots (as range_of), in calls short enough for Ctrl-C. The split does not affect results. A GPU
+-- receives all genomes before each call where a script can write to them: then there is one call.
+---@param at_once? boolean
+local function in_ranges(what, total, first, count, work, at_once)
   first, count = range_of(what, total, first, count)
-  local at, stop, size = first - 1, first - 1 + count, 8
+  local at, stop, size = first - 1, first - 1 + count, at_once and count or 8
   while at < stop do
     host.raise_if_interrupted()
     local now = math.min(size, stop - at)
@@ -128,8 +131,10 @@ local function coded(self, what)
   return handle
 end
 
--- The engine's genomes for writing, copied from the GPU if they are there.
+-- The engine's genomes for writing, copied from the GPU if they are there. `lent` until they are
+-- made anew: a script may keep the view.
 local function genomes_of(self, what)
+  object.set(self, "lent", true)
   return abi.pointer(C.limax_population_genomes(coded(self, what)), what)
 end
 
@@ -146,6 +151,7 @@ function methods:initialize(first, count, generation, on)
   generation = schema.demand(generation_rule, generation, what .. ": generation")
   local target = device.handle(what, on)
   object.end_views(self.life, "its population was initialized")
+  object.set(self, "lent", false)
   in_ranges(what, self.count, first, count, function(at, robots)
     return C.limax_population_initialize(handle, generation, target, at, robots)
   end)
@@ -170,12 +176,12 @@ function methods:express(table_of_materials, options, first, count)
   local what = "population:express"
   coded(self, what)
   local muscle, part, on = reading(self, what, table_of_materials, options, express_rule)
-  local target = device.handle(what, on)
+  local target, kind = device.handle(what, on)
   class.end_bodies(self, "its population was expressed")
   in_ranges(what, self.count, first, count, function(at, robots)
     return C.limax_population_express(self.handle, table_of_materials.handle, muscle, part, target,
       at, robots)
-  end)
+  end, self.lent and kind == "cuda")
 end
 
 --- Determines the status of bodies written by hand. With `largest_part` only the largest connected
@@ -235,11 +241,12 @@ function methods:breed(parents, pairs_of_parents, options, on, first, count)
   for name, value in pairs(schema.demand(breeding_rule, options, what)) do
     breeding[name] = name == "seed" and schema.uint64(value, what .. ".seed") or value
   end
-  local target = device.handle(what, on)
+  local target, kind = device.handle(what, on)
   object.end_views(self.life, "its population was bred")
+  object.set(self, "lent", false)
   in_ranges(what, self.count, first, count, function(at, robots)
     return C.limax_population_breed(self.handle, parents.handle, list, breeding, target, at, robots)
-  end)
+  end, parents.lent and kind == "cuda")
 end
 
 --- Genome of robot i.

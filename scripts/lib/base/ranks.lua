@@ -62,10 +62,10 @@ function ranks.gather(text)
   return list
 end
 
--- Waits for what was begun with this memory.
+-- Waits for what was begun with this memory, in which all ranks take part at the same time.
 local function complete(...)
   in_flight = { ... }
-  wait(LONGEST_WAIT)
+  wait(SHORTEST_WAIT)
   in_flight = nil
 end
 

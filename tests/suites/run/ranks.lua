@@ -48,6 +48,9 @@ end
 
 local same = whole_runs.same
 
+-- What a run says, without kernels that a GPU's first run compiles.
+local function warnings(done) return (done.stderr:gsub("limax: compiled the kernel[^\n]*\n", "")) end
+
 test("any number of ranks gives the same bytes, also after a resume", function(t, folder)
   write_experiment(folder, 12)
   local plain = completes(0, t, folder, "run", "tiny.lua", "-q", "--out", "0")
@@ -56,7 +59,7 @@ test("any number of ranks gives the same bytes, also after a resume", function(t
     same(t, ("%s/%d"):format(folder, ranks), folder .. "/0")
     t:equal(process.read(("%s/%d/config.json"):format(folder, ranks)),
       process.read(folder .. "/0/config.json"))
-    t:equal(done.stderr, plain.stderr) -- each warning once
+    t:equal(warnings(done), warnings(plain)) -- each once
   end
   for name, ranks in pairs { ["2"] = 3, ["3"] = 0, ["0"] = 2 } do
     completes(ranks, t, folder, "run", "--resume", name, "--from", "5", "-q")
