@@ -50,7 +50,6 @@ local generation_rule = schema.whole(0, MOST, 0)
 ---@field count integer robots
 ---@field genes integer numbers in a genome, 0 without an encoding
 ---@field control_genes integer the last of these, which give no body
----@field lent boolean may a view of its genomes be written to?
 ---@field lattice integer[] voxels along x, y, z
 
 ---@class limax.breeding

@@ -114,6 +114,31 @@ function structured.header(layout, count)
   return "\147NUMPY\2\0" .. bytes.pack("uint32_t", { #text }) .. text
 end
 
+-- The parts of a row that are copied between two layouts: { into, from, bytes }.
+local function plan_of(to, from)
+  local list = {}
+  for name, place in pairs(to.places) do
+    local other = from.places[name]
+    if other and type(place.field.kind) == "table" and not place.field.struct then
+      -- its fields by their names
+      local theirs = placed(other.field.kind)
+      for inner, at in pairs((placed(place.field.kind))) do
+        if theirs[inner] then
+          list[#list + 1] = { place.offset + at.offset, other.offset + theirs[inner].offset,
+            at.size }
+        end
+      end
+    elseif other and (described(other.field.kind) == described(place.field.kind)
+      or is_text(place.field) and is_text(other.field)) then
+      list[#list + 1] = { place.offset, other.offset, math.min(place.size, other.size) }
+    end
+  end
+  return list
+end
+
+-- Plans by the two layouts.
+local plans = setmetatable({}, { __mode = "k" })
+
 --- Copies rows from one array to another. Where the layouts differ, fields are copied by name, and
 --- those that `from` lacks or has in another form stay as they are; of a list the first values are
 --- copied.
@@ -127,24 +152,13 @@ function structured.copy(to, i, from, j, count)
     ffi.copy(into, source, count * to.layout.size)
     return
   end
-  for name, place in pairs(to.layout.places) do
-    local other = from.layout.places[name]
-    if other and type(place.field.kind) == "table" and not place.field.struct then
-      -- its fields by their names
-      local theirs = placed(other.field.kind)
-      for inner, at in pairs((placed(place.field.kind))) do
-        for k = 0, theirs[inner] and count - 1 or -1 do
-          ffi.copy(into + k * to.layout.size + place.offset + at.offset,
-            source + k * from.layout.size + other.offset + theirs[inner].offset, at.size)
-        end
-      end
-    elseif other and (described(other.field.kind) == described(place.field.kind)
-      or is_text(place.field) and is_text(other.field)) then
-      local size = math.min(place.size, other.size)
-      for k = 0, count - 1 do
-        ffi.copy(into + k * to.layout.size + place.offset,
-          source + k * from.layout.size + other.offset, size)
-      end
+  local of_layout = plans[to.layout] or setmetatable({}, { __mode = "k" })
+  plans[to.layout] = of_layout
+  of_layout[from.layout] = of_layout[from.layout] or plan_of(to.layout, from.layout)
+  for _, part in ipairs(of_layout[from.layout]) do
+    local a, b, size = unpack(part)
+    for k = 0, count - 1 do
+      ffi.copy(into + k * to.layout.size + a, source + k * from.layout.size + b, size)
     end
   end
 end

@@ -84,6 +84,7 @@ function archived.enter(before, robots)
   local list = {}
   for k, row in ipairs(entered) do list[k] = row.index end
   local genomes, genes = division.genomes(robots, list), robots.own.genes
+  division.lend(robots, list)
   for k, row in ipairs(entered) do
     local robot = robots.rows[row.index]
     robot.entered, robot.cell = k, row.cell

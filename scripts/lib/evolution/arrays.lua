@@ -58,9 +58,10 @@ function arrays.write(run, robots)
   end))
   run.writer = run.folder and run.folder.writer or run.writer or assert(host.file.writer())
   local writer, syncs = run.writer, not boot or boot ~= began
-  local share, data = robots.share, ffi.cast("const char *", robots.rows.data)
+  local share, all = robots.share, robots.rows
   local segments, collects = share:segments(), not is_shared(files.genomes.path)
   if collects then
+    division.complete(robots)
     segments = exchange.is_first and { { first = 0, count = share.total, place = 0 } } or {}
     if not exchange.is_first then division.collect_genomes(robots) end
   end
@@ -87,8 +88,8 @@ function arrays.write(run, robots)
     if collects then return division.collect_genomes(robots, memory) end
     engine_population.copy_genomes(robots.own, memory, place, count)
   end)
-  put(files.robots, function(memory, first, count)
-    ffi.copy(memory, data + first * files.robots.row, count * files.robots.row)
+  put(files.robots, function(memory, first, count, place)
+    ffi.copy(memory, all.data + (all.share and place or first), count * files.robots.row)
   end)
   return files, exchange.count > 1 and report(files, writer) or nil
 end

@@ -1,7 +1,7 @@
---- division.lua: a generation on several ranks of mpirun. Every rank has the rows of all robots; it
---- breeds, expresses, simulates and scores its own share of them, and has only their genomes and
---- bodies. Rows travel to all after each score, genomes only to the ranks that breed from them.
---- Without mpirun the share is the whole generation.
+--- division.lua: a generation on several ranks of mpirun. Each breeds, expresses, simulates and
+--- scores its own share of the robots, and has only their genomes, bodies and rows. After each
+--- score all receive what ranking, survival and selection read (rows.lua); genomes and whole rows
+--- travel only to the ranks that breed from them. Without mpirun the share is the whole generation.
 
 local ffi = require "ffi"
 
@@ -13,6 +13,7 @@ local genes = require "limax.experiment.genes"
 local host = require "limax.host"
 local rows = require "limax.robot.rows"
 local state = require "limax.run.state"
+local structured = require "limax.base.structured"
 
 local division = {}
 
@@ -129,7 +130,9 @@ end
 local in_common = false
 
 --- Begins or ends functions that all ranks call with the same arguments: they may read any robot.
-function division.set_common(value) in_common = value end
+function division.set_common(robots, value)
+  in_common, robots.rows.in_common = value, value or nil
+end
 
 -- All genomes of this rank, float[count * genes]: those of the population, or a copy of a GPU's.
 local function own_genomes(robots)
@@ -140,35 +143,60 @@ local function own_genomes(robots)
   return memory
 end
 
+-- Gathers items of some robots, of which each rank writes its own. Collective, where there are
+-- several ranks.
+---@param list integer[] the same on all
+---@param memory ffi.cdata* uint8_t[#list * size]
+---@param write fun(into: ffi.cdata*, k: integer) the item of robot k of the share
+local function gather(share, list, memory, size, write)
+  memory = ffi.cast("uint8_t *", memory)
+  local count = 0
+  for _, i in ipairs(list) do
+    local k = share:at(i)
+    if k then
+      write(memory + count * size, k)
+      count = count + 1
+    end
+  end
+  if exchange.count == 1 then return end
+  local all, taken = exchange.all(ffi.string(memory, count * size)), {}
+  for k, i in ipairs(list) do
+    local from = owner(share, i)
+    local place = taken[from] or 0
+    ffi.copy(memory + (k - 1) * size, all[from]:sub(place + 1, place + size), size)
+    taken[from] = place + size
+  end
+end
+
 --- The genomes of some robots. Collective, where there are several ranks.
 ---@param list integer[] the same on all
 ---@return ffi.cdata* float[#list * genes]
 function division.genomes(robots, list)
-  local own, own_list, count = robots.own, {}, robots.own.genes
+  local own, count = robots.own, robots.own.genes
   local memory = ffi.new("float[?]", math.max(1, #list * count))
-  local size = count * ffi.sizeof "float"
-  for _, i in ipairs(list) do
-    local k = robots.share:at(i)
-    if k then
-      engine_population.copy_genomes(own, memory + #own_list * count, k - 1, 1)
-      own_list[#own_list + 1] = k
-    end
-  end
-  if exchange.count == 1 then return memory end
-  local all, taken = exchange.all(ffi.string(memory, #own_list * size)), {}
-  for k, i in ipairs(list) do
-    local from = owner(robots.share, i)
-    local place = taken[from] or 0
-    ffi.copy(memory + (k - 1) * count, all[from]:sub(place + 1, place + size), size)
-    taken[from] = place + size
-  end
+  gather(robots.share, list, memory, count * ffi.sizeof "float", function(into, k)
+    engine_population.copy_genomes(own, ffi.cast("float *", into), k - 1, 1)
+  end)
   return memory
 end
 
---- Keeps bodies and genomes of some robots on all ranks, beside the own ones. Collective.
+--- Keeps the whole rows of some robots on all ranks. Collective.
+---@param list integer[] the same on all
+function division.lend(robots, list)
+  local all = robots.rows
+  if not all.share then return end
+  local size, array = all.layout.size, structured.new(all.layout, math.max(1, #list))
+  gather(robots.share, list, array.data, size, function(into, k)
+    ffi.copy(into, all.data + (k - 1), size)
+  end)
+  rows.lend(all, list, array)
+end
+
+--- Keeps rows, bodies and genomes of some robots on all ranks, beside the own ones. Collective.
 ---@param list integer[] the same on all ranks
 function division.fetch(robots, list)
   if not robots.world.is_divided or #list == 0 then return end
+  division.lend(robots, list)
   local fetched = { engine = robots.world:empty(#list), at = {} }
   fetched.engine:set_genomes(division.genomes(robots, list))
   local rules = robots.world:rules(robots)
@@ -269,23 +297,24 @@ local function compare(generation, messages)
   end
 end
 
--- Sends genomes to the ranks that named them, and receives those of this rank's list.
+-- Sends items of robots to the ranks that named them, and receives those of this rank's list.
 ---@param messages table[] of each rank: `wanted` numbers of the generation, `counts` by rank
----@param own ffi.cdata* the genomes of this rank
----@param into ffi.cdata* float[] in the order of the own list
-local function trade(robots, messages, own, into, owners)
-  local share, count = robots.share, robots.own.genes
-  local size, sent, total = count * ffi.sizeof "float", {}, 0
+---@param own ffi.cdata* the items of this rank's robots
+---@param into ffi.cdata* in the order of the own list
+---@param size integer bytes of an item
+local function trade(share, messages, own, into, size, owners)
+  local sent, total = {}, 0
+  own = ffi.cast("const uint8_t *", own)
   for r, message in ipairs(messages) do
     sent[r] = message.counts[exchange.index + 1]
     total = total + sent[r]
   end
-  local out, filled = ffi.new("float[?]", math.max(1, total * count)), 0
+  local out, filled = ffi.new("uint8_t[?]", math.max(1, total * size)), 0
   for r, message in ipairs(messages) do
     local list, first = ffi.cast("const int32_t *", message.wanted), 0
     for other = 1, exchange.index do first = first + message.counts[other] end
     for k = first, first + sent[r] - 1 do
-      ffi.copy(out + filled * count, own + (share:at(list[k]) - 1) * count, size)
+      ffi.copy(out + filled * size, own + (share:at(list[k]) - 1) * size, size)
       filled = filled + 1
     end
   end
@@ -310,7 +339,7 @@ local function foreign_of(share, list)
   return foreign, counts
 end
 
---- The genomes of the robots from which this rank breeds. Collective.
+--- The genomes of the robots from which this rank breeds; their rows are lent. Collective.
 ---@param sources integer[] numbers of the generation
 ---@param chosen string digest of all that survival and selection chose
 ---@param more integer
@@ -330,10 +359,17 @@ function division.parents(robots, sources, chosen, more)
   local own = (is_traded or is_copied and #foreign < #sources) and own_genomes(robots)
   local gathered = is_copied and robots.world:empty(#sources + more) or robots.own
   local into = is_copied and gathered:genome_view():pointer() or nil
-  if is_traded then trade(robots, messages, own, into, { robots.own, gathered }) end
+  local count, filled, all = robots.own.genes, #foreign, robots.rows
+  if is_traded then
+    trade(share, messages, own, into, count * ffi.sizeof "float", { robots.own, gathered })
+  end
+  if is_traded and all.share then
+    local array = structured.new(all.layout, math.max(1, #foreign))
+    trade(share, messages, all.data, array.data, all.layout.size, { all, array })
+    rows.lend(all, foreign, array)
+  end
   for _, i in ipairs(sources) do at[i] = share:at(i) end
   if not is_copied then return gathered, at end
-  local count, filled = robots.own.genes, #foreign
   for k, i in ipairs(foreign) do at[i] = k end
   for _, i in ipairs(sources) do
     local place = share:at(i)
@@ -362,9 +398,8 @@ function division.diversity(robots, set)
   local sums, size = bodies.sums(own, list, largest)
   exchange.sum(sums, size)
   -- an island has a part of the rows
-  local data = (rawget(robots, "whole") or robots).rows.data
-  local hashes = ffi.new("uint64_t[?]", #set)
-  for k, i in ipairs(set) do hashes[k - 1] = data[i - 1].body.hash end
+  local all, hashes = (rawget(robots, "whole") or robots).rows, ffi.new("uint64_t[?]", #set)
+  for k, i in ipairs(set) do hashes[k - 1] = rows.hash(all, i) end
   return bodies.diversity_of(own, sums, largest, hashes, #set)
 end
 
@@ -388,13 +423,41 @@ local function check_state(robots, own_state)
   end
 end
 
--- Receives the rows of other ranks, which have the same fields.
-local function share_rows(robots)
+-- Completes an array of all robots, of which each rank has its own, in place.
+local function complete(share, array)
+  local size, ends = array.layout.size, share.ends
+  exchange.share(array.data, counts_of(ends.elites), size, array)
+  exchange.share(array.data + share.all_elites, counts_of(ends.others), size, array)
+end
+
+--- Brings the whole rows of all robots to all ranks. Collective.
+function division.complete(robots)
   local all, share = robots.rows, robots.share
-  local size, ends = all.layout.size, share.ends
-  exchange.share(all.data, counts_of(ends.elites), size, all)
-  exchange.share(all.data + share.all_elites, counts_of(ends.others), size, all)
-  all.stamp = all.stamp + 1
+  if not all.share then return end
+  local array = structured.new(all.layout, share.total)
+  for _, part in ipairs(share:segments()) do
+    structured.copy(array, part.first, all, part.place, part.count)
+  end
+  exchange.all(true) -- an error of a rank ends all here, and not within what follows
+  complete(share, array)
+  rows.complete(all, array)
+end
+
+--- Brings a field of a robot of another rank that is not in the brief rows: all fields of all
+--- robots, at the first such read of a function that all ranks call.
+---@return limax.rows the array that has it
+---@return integer its place there, from 0
+function division.ask(robots, i)
+  local all, stored = robots.rows, rawget(robots, "stored")
+  if all.in_common then
+    division.complete(robots)
+    return all, i - 1
+  elseif stored then
+    return stored:rows_of(robots), i - 1
+  end
+  failure.raise(1, ("robot %s of generation %d is of another rank of mpirun, which has most of its"
+    .. " fields; a survival, a selection or a supervisor may read them"):format(all[i].id,
+    robots.generation), 2)
 end
 
 --- Sends the robots that this rank scored to all others, and receives theirs.
@@ -408,10 +471,13 @@ function division.exchange(robots, failures, own_state)
   local facts, failed = robots.rows.facts, {}
   local messages = exchange.all { failures = failures, warnings = exchange.take_warnings(),
     cases = facts.cases, measures = facts.measures }
+  local all = robots.rows
   for _, message in ipairs(messages) do
-    rows.widen(robots.rows, message.cases or 0, message.measures or {})
+    rows.widen(all, message.cases or 0, message.measures or {})
   end
-  share_rows(robots)
+  rows.outline(all)
+  complete(robots.share, all.brief)
+  all.stamp = all.stamp + 1
   robots.timing.ranks = host.clock() - began
   for _, message in ipairs(messages) do
     for _, each in ipairs(message.failures) do failed[#failed + 1] = each end

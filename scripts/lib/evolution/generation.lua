@@ -58,7 +58,7 @@ for name in ([[ranked generation repetition parameters engine materials rows tri
 end
 for name in ([[world before decided going simulations traces unscored scored_with scored_by outdated
     state_text remembered choice entry line places parents stored waits own share fetched
-    diversity whole]]):gmatch "%S+" do
+    diversity coarse whole]]):gmatch "%S+" do
   OF_LOOP[name] = true
 end
 
@@ -108,6 +108,7 @@ function generation.new(world, fields)
   robots.evaluations = robots.evaluations or 0
   robots.timing = robots.timing or {}
   robots.timing.simulate, robots.timing.fitness = 0, 0
+  robots.rows.ask = function(_, i) return division.ask(robots, i) end
   for i = 1, robots.rows.count do robots[i] = scored_robot.of(robots, i) end
   return robots
 end
@@ -128,7 +129,7 @@ end
 function generation.check_bodies(robots)
   for k = 1, robots.share.count do
     local i = robots.share:number(k)
-    if (robots.rows.data[i - 1].body.voxels > 0) ~= (i == 1) then return robots end
+    if (robots.rows[i].body.voxels > 0) ~= (i == 1) then return robots end
   end
   if robots.share:at(1) and robots[2] then
     robots.world.say("genome.encoding: robot 2 and all that follow are empty: does express visit"
@@ -338,14 +339,14 @@ function generation.again(robots, which, materials, options)
   local began = host.clock()
   steps.finish(simulations)
   local seconds = host.clock() - began
-  local all = rows.new(robots.rows.facts, #robots)
-  rows.copy(all, which, robots.rows, which)
-  for _, i in ipairs(which) do rows.forget(all, i) end
-  rows.settle(all, simulations, at)
-  local traces = {}
-  for _, i in ipairs(which) do
+  local all, traces, order, places_of = rows.new(robots.rows.facts, #which), {}, {}, {}
+  for k, i in ipairs(which) do order[k], places_of[k] = k, at[i] end
+  rows.copy(all, order, robots.rows, which)
+  for k in ipairs(which) do rows.forget(all, k) end
+  rows.settle(all, simulations, places_of)
+  for k, i in ipairs(which) do
     traces[i] = simulations
-    again[i] = scored_robot.again(all[i], robots, i,
+    again[i] = scored_robot.again(all[k], robots, i,
       { materials = materials, options = options, traces = traces, population = population,
         index = at[i] })
   end
@@ -363,6 +364,7 @@ end
 
 -- Explains in one line why no robot of a generation has a score.
 local function failure_text(robots)
+  division.complete(robots)
   local counts, reasons, diverged = {}, {}, false
   local config = robots.world.config
   for _, row in ipairs(robots.rows) do
@@ -426,7 +428,7 @@ local function constant_text(robots)
   local first, differ = robots.ranked[1], false
   for _, i in ipairs(robots.ranked) do
     if all[i].fitness ~= all[first].fitness then return nil end
-    differ = differ or all.data[i - 1].body.hash ~= all.data[first - 1].body.hash
+    differ = differ or rows.hash(all, i) ~= rows.hash(all, first)
   end
   if robots.scored_by.name == "carry" and all[first].fitness == 0 then
     return ("no robot of generation 0 moves scene.block: its position { %.6g, %.6g, %.6g } may be"

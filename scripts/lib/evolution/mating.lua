@@ -216,12 +216,11 @@ local function parents_of(robots, share, chosen)
   return { engine = from, rows = found, pairs = own }
 end
 
--- The rows of the next generation, still without the bodies of the offspring; those of other ranks
--- are there once they are scored. Ids count on: they are unique in a repetition, and the same in a
--- run that is continued.
+-- The rows of the next generation, still without the bodies of the offspring. Ids count on: they
+-- are unique in a repetition, and the same in a run that is continued.
 local function rows_of(robots, share, chosen, keep)
   local generation = robots.generation + 1
-  local all = robots.world:rows(generation, robots.rows)
+  local all = robots.world:rows(generation, share, robots.rows)
   for i, index in ipairs(chosen.elites) do
     rows.copy(all, { i }, robots.rows, { index })
     all[i].origin = "elite"
@@ -259,8 +258,9 @@ local function renew(robots, all, share, chosen, newcomers)
 end
 
 --- The rows of the first generation.
-function mating.initial(world)
-  local all, islands = world:rows(0), world.config.islands
+---@param share limax.share
+function mating.initial(world, share)
+  local all, islands = world:rows(0, share), world.config.islands
   for i, row in ipairs(all) do
     row.id, row.generation, row.origin = i, 0, "initial"
     -- equal parts, in order

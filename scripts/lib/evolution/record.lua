@@ -100,6 +100,12 @@ local function gather(robots)
   local ranked, best = robots.ranked, {}
   local of_ranks = { diversity = function(_, set) return division.diversity(robots, set) end }
   robots.diversity = diversity.measure(of_ranks, ranked, robots.materials)
+  local own, share = 0, robots.share
+  for k = 1, share.count do
+    if rows.is_coarse(robots.rows[share:number(k)]) then own = own + 1 end
+  end
+  robots.coarse = 0
+  for _, count in ipairs(exchange.all(own)) do robots.coarse = robots.coarse + count end
   for k = 1, math.min(step_check.ROBOTS, #ranked) do best[k] = ranked[k] end
   division.fetch(robots, best)
 end
@@ -124,6 +130,15 @@ local Stored = {}
 Stored.__index = Stored
 
 local function stored_in(folder) return setmetatable({ folder = folder }, Stored) end
+
+-- All robots, in whole rows.
+function Stored:rows_of(robots)
+  if not self.rows then
+    self.folder:settle() -- it may be about to be written
+    self.rows = self.folder:rows(robots.repetition, robots.generation)
+  end
+  return self.rows
+end
 
 function Stored:engine_of(robots)
   local made = robots.world:empty()

@@ -102,7 +102,7 @@ function select.choose(world, robots, decided)
     return mating.chosen(pool, child, place, call("the selection", selection, pool,
       random_of(world, generation, child), rawget(robots, "state")))
   end
-  division.set_common(world.is_divided)
+  division.set_common(robots, world.is_divided)
   if config.islands then
     if choice.elites or choice.parents then
       failure.raise(2, "breed: in an experiment with islands, elites and parents come from its"
@@ -119,7 +119,7 @@ function select.choose(world, robots, decided)
       return choose(from, child, #elites)
     end)
   end
-  division.set_common(false)
+  division.set_common(robots, false)
   for pool, ranking in pairs(rankings) do
     mating.check_unchanged(pool, ranking, "the selection")
   end

@@ -123,8 +123,9 @@ function World:empty_share(share)
 end
 
 --- Robots without values, for a generation.
+---@param share limax.share
 ---@param before? limax.rows of the generation before: what its fitness returned is expected again
-function World:rows(generation, before)
+function World:rows(generation, share, before)
   local config, measured = self.config, self.measured or {}
   local facts = before and before.facts or {}
   local experiment = self.experiment
@@ -135,7 +136,7 @@ function World:rows(generation, before)
     islands = config.islands ~= nil, ages = experiment.survival.ages,
     self_adaptive = experiment.variation.mutation.adapts, archive = self.archive ~= nil,
     novelty = self.archive and self.archive.appraise ~= nil, cases = facts.cases,
-    measures = facts.measures }, config.population)
+    measures = facts.measures }, config.population, self.is_divided and share or nil)
 end
 
 --- The rules by which the genes of a generation are made and read.

@@ -157,18 +157,46 @@ function made.trials(all, each)
   return list[1] and list or nil
 end
 
+--- The struct that has a field of robot i. Of an array of a share (rows.lua), this rank may have to
+--- ask for it.
+---@param name string of the field
+function row.struct(all, i, name)
+  local share = all.share
+  if not share then return all.data[i - 1] end
+  local k = share:at(i)
+  if all.brief.layout.places[name] then return k and all.data[k - 1] or all.brief.data[i - 1] end
+  -- all ranks must ask, or none
+  if k and not all.in_common then return all.data[k - 1] end
+  if all.lent[i] then return all.lent[i].data[0] end
+  local array, at = all:ask(i)
+  return array.data[at]
+end
+
+-- The struct to which a field of robot i is written; nil of another rank's that is only there.
+local function written(all, i, name)
+  local share = all.share
+  if not share then return all.data[i - 1] end
+  local k = share:at(i)
+  return k and all.data[k - 1] or all.brief.layout.places[name] and all.brief.data[i - 1] or nil
+end
+
+-- The field that has what is made of it.
+local OF = { body = "body", outcome = "outcome", trials = "outcome" }
+
 function Row:__index(name)
-  local all = rawget(self, 1)
-  local each, kind = all.data[rawget(self, 2) - 1], KIND[name]
-  if not kind then return made[name] and made[name](all, each) end
-  if all.layout.places[name] then return readers[kind](each, name, all) end
+  local all, i, kind = rawget(self, 1), rawget(self, 2), KIND[name]
+  if not kind then
+    return made[name] and made[name](all, row.struct(all, i, OF[name]))
+  end
+  if all.layout.places[name] then return readers[kind](row.struct(all, i, name), name, all) end
 end
 
 function Row:__newindex(name, value)
   local all, kind = rawget(self, 1), KIND[name]
   if value ~= nil and (kind == "measures" or name == "cases") then all:expect(name, value) end
   if kind and all.layout.places[name] then
-    writers[kind](all.data[rawget(self, 2) - 1], name, value, all)
+    local each = written(all, rawget(self, 2), name)
+    if each then writers[kind](each, name, value, all) end
     all.stamp = all.stamp + 1
   elseif value ~= nil then
     error(("robots of this generation have no field %s that can be set"):format(tostring(name)), 2)

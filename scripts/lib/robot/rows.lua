@@ -1,6 +1,7 @@
---- rows.lua: the robots of a generation as one structured array: the same bytes in memory, between
---- ranks and in rNN/robots/gNNNN.npy. records.lua declares its fields; `all[i].fitness` is one of
---- robot i (row.lua).
+--- rows.lua: the robots of a generation as one structured array: the same bytes in memory and in
+--- rNN/robots/gNNNN.npy. records.lua declares its fields; `all[i].fitness` is one of robot i
+--- (row.lua). On several ranks of mpirun each has all fields of its own share of the robots only,
+--- and of all others a brief array: what ranking, survival and selection read.
 
 local ffi = require "ffi"
 
@@ -18,13 +19,25 @@ local structured = require "limax.base.structured"
 ---@field facts limax.record_rules.facts decide the layout
 ---@field layout limax.structured.layout
 ---@field count integer robots
----@field data ffi.cdata* struct[count]
+---@field data ffi.cdata* struct[count], or those of the share
+---@field share limax.share|nil nil where all robots are here
+---@field brief limax.structured.array|nil of all robots, with what other ranks have of them; own
+--- ones are there after rows.outline
+---@field lent table<integer, limax.structured.array>|nil whole robots of others, the first of each
+---@field in_common boolean|nil do all ranks run the same function now?
+---@field ask? fun(all: limax.rows, i: integer): limax.structured.array, integer brings a robot of
+--- another rank: an array that has all of it, and its place there from 0
 ---@field materials string[]|nil their names, in the order of the bodies' counts
 ---@field stamp integer changes with every write
 local Rows = {}
 Rows.__index = Rows
 
 local rows = { record = row.record }
+
+-- Fields that other ranks do not have.
+local OF_RANK = { parents = true, origin = true, body = true, mass = true, letters = true,
+  outcome = true, reason = true, entered = true, cell = true }
+local HASH = { name = "hash", kind = "u8" } -- of the body
 
 local BODY_UNKNOWN = names.body_status.value.unknown
 local DONE = names.robot_status.value.done
@@ -53,27 +66,91 @@ local function blank_of(self)
   return blank
 end
 
+-- Clears so many robots of an array.
+local function clear(array, count)
+  structured.copy(array, 0, blank_of(array), 0, math.min(count, 1))
+  local filled = 1
+  while filled < count do
+    local more = math.min(filled, count - filled)
+    structured.copy(array, filled, array, 0, more)
+    filled = filled + more
+  end
+end
+
 -- Makes an array for robots of these facts, without values.
 local function lay_out(self, facts)
-  local array = structured.new(structured.layout(record_rules.robot_fields(facts)), self.count)
+  local fields = record_rules.robot_fields(facts)
+  local count = self.share and self.share.count or self.count
+  local array = structured.new(structured.layout(fields), count)
   self.facts, self.layout, self.data = facts, array.layout, array.data
-  local blank = blank_of(self)
-  structured.copy(self, 0, blank, 0, 1)
-  local filled = 1
-  while filled < self.count do
-    local more = math.min(filled, self.count - filled)
-    structured.copy(self, filled, self, 0, more)
-    filled = filled + more
+  clear(self, count)
+  if self.share then
+    local known = {}
+    for _, field in ipairs(fields) do
+      if not OF_RANK[field.name] then known[#known + 1] = field end
+    end
+    known[#known + 1] = HASH
+    self.brief, self.lent = structured.new(structured.layout(known), self.count), {}
+    self.brief.facts = facts
+    clear(self.brief, self.count)
   end
   self.stamp = self.stamp + 1
 end
 
 --- Makes robots without values.
-function rows.new(facts, count)
-  local self = setmetatable({ count = count, stamp = 0 }, Rows)
+---@param share? limax.share the robots that this rank has; all if left out
+function rows.new(facts, count, share)
+  local self = setmetatable({ count = count, stamp = 0, share = share }, Rows)
   for i = 1, count do self[i] = row.of(self, i) end
   lay_out(self, facts)
   return self
+end
+
+-- What is here of robot i: an array, and the place there from 0.
+local function held(self, i)
+  if not self.share then return self, i - 1 end
+  local k = self.share:at(i)
+  if k then return self, k - 1 end
+  return self.brief, i - 1
+end
+
+-- The same of all its fields.
+local function whole(self, i)
+  local array, at = held(self, i)
+  if array ~= self.brief then return array, at end
+  if self.lent[i] then return self.lent[i], 0 end
+  return self:ask(i)
+end
+
+--- The hash of robot i's body.
+---@return ffi.cdata* uint64_t
+function rows.hash(self, i)
+  local array, at = held(self, i)
+  return array == self.brief and array.data[at].hash or array.data[at].body.hash
+end
+
+--- Writes what other ranks get of the own robots into the brief array.
+function rows.outline(self)
+  for _, part in ipairs(self.share:segments()) do
+    structured.copy(self.brief, part.first, self, part.place, part.count)
+    for k = 0, part.count - 1 do
+      self.brief.data[part.first + k].hash = self.data[part.place + k].body.hash
+    end
+  end
+end
+
+--- Keeps whole robots of a list, row k of an array of the same layout being robot list[k].
+function rows.lend(self, list, array)
+  for k, i in ipairs(list) do
+    self.lent[i] = { layout = array.layout, data = array.data + (k - 1), array = array }
+  end
+  self.stamp = self.stamp + 1
+end
+
+--- Takes an array of all robots, of the same layout, in place of those of the share.
+function rows.complete(self, array)
+  self.data, self.share, self.brief, self.lent = array.data, nil, nil, nil
+  self.stamp = self.stamp + 1
 end
 
 --- The characters of a body's letters in a lattice.
@@ -98,9 +175,10 @@ function rows.widen(self, cases, measures)
   table.sort(list)
   local facts = source.copy(had)
   facts.cases, facts.measures = math.max(cases, had.cases or 0), list[1] and list or nil
-  local before = { layout = self.layout, data = self.data }
+  local before, brief = { layout = self.layout, data = self.data }, self.brief
   lay_out(self, facts)
-  structured.copy(self, 0, before, 0, self.count)
+  structured.copy(self, 0, before, 0, self.share and self.share.count or self.count)
+  if brief then structured.copy(self.brief, 0, brief, 0, self.count) end
 end
 
 -- Adds a field for a value of `cases` or `measures`.
@@ -113,7 +191,13 @@ end
 
 --- Copies robots: robot `sources[k]` of `from` becomes robot `places[k]`.
 function rows.copy(self, places, from, sources)
-  for k = 1, #places do structured.copy(self, places[k] - 1, from, sources[k] - 1, 1) end
+  for k, i in ipairs(places) do
+    local to, at = held(self, i)
+    local is_brief = to == self.brief
+    local array, place = (is_brief and held or whole)(from, sources[k])
+    structured.copy(to, at, array, place, 1)
+    if is_brief then to.data[at].hash = rows.hash(from, sources[k]) end
+  end
   self.materials = self.materials or from.materials
   self.stamp = self.stamp + 1
 end
@@ -139,7 +223,7 @@ function rows.describe(self, population, materials, number)
   local shapes, length = bodies.shapes(population), size - 2 -- less a line end and a zero byte
   self.materials = facts.names
   for k = 1, population.count do
-    local each = self.data[number and number(k) - 1 or k - 1]
+    local each = row.struct(self, number and number(k) or k, "body")
     if each.body.status == BODY_UNKNOWN then
       each.body = shapes[k - 1]
       ffi.copy(each.letters, texts + (k - 1) * size, length)
@@ -203,10 +287,11 @@ end
 
 --- Clears the outcome and the score of robot i.
 function rows.forget(self, i)
-  local each = ffi.cast("uint8_t *", self.data + (i - 1))
-  local blank = ffi.cast("const uint8_t *", blank_of(self).data)
+  local array, at = held(self, i)
+  local each = ffi.cast("uint8_t *", array.data + at)
+  local blank = ffi.cast("const uint8_t *", blank_of(array).data)
   for _, name in ipairs(OF_SCORE) do
-    local place = self.layout.places[name]
+    local place = array.layout.places[name]
     if place then ffi.copy(each + place.offset, blank + place.offset, place.size) end
   end
   self.stamp = self.stamp + 1
@@ -229,7 +314,7 @@ end
 --- Sets status and reason of robot i from its outcomes: done if all ended well, else the status of
 --- the first one that did not.
 function rows.set_status(self, i)
-  local robot, each = self[i], self.data[i - 1]
+  local robot, each = self[i], row.struct(self, i, "outcome")
   for k = 1, self.facts.trials or 1 do
     local o = row.outcome_at(self, each, k)
     if o.status ~= DONE then
@@ -248,7 +333,7 @@ end
 ---@param self limax.rows without values there
 ---@param first integer id of a parent
 function rows.bear(self, i, generation, id, first, second)
-  local each = self.data[i - 1]
+  local each = row.struct(self, i, "parents")
   each.id, each.generation, each.parents[0], each.parents[1] = id, generation, first, second
   ffi.copy(each.origin, "bred")
 end
@@ -259,7 +344,8 @@ function rows.settle(self, simulations, at)
   for k, simulation in ipairs(simulations) do
     local all = outcome.all(simulation)
     for i, place in pairs(at) do
-      ffi.copy(row.outcome_at(self, self.data[i - 1], k), all + (place - 1), OUTCOME_SIZE)
+      ffi.copy(row.outcome_at(self, row.struct(self, i, "outcome"), k), all + (place - 1),
+        OUTCOME_SIZE)
     end
   end
   for i in pairs(at) do rows.set_status(self, i) end
@@ -269,9 +355,8 @@ end
 ---@return ffi.cdata*[] limax_outcome
 function rows.outcomes(robot)
   local all, list = robot[1], {}
-  for k = 1, all.facts.trials or 1 do
-    list[k] = row.outcome_at(all, all.data[robot[2] - 1], k)
-  end
+  local each = row.struct(all, robot[2], "outcome")
+  for k = 1, all.facts.trials or 1 do list[k] = row.outcome_at(all, each, k) end
   return list
 end
 
@@ -279,7 +364,7 @@ end
 --- other robots.
 ---@return ffi.cdata*|nil limax_outcome
 function rows.done(robot)
-  local o = row.outcome_at(robot[1], robot[1].data[robot[2] - 1])
+  local o = row.outcome_at(robot[1], row.struct(robot[1], robot[2], "outcome"))
   return o.status == DONE and o or nil
 end
 

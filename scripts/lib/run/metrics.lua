@@ -1,7 +1,6 @@
 --- metrics.lua: one line of numbers per generation, over the robots that were scored. It holds no
 --- times, so that two runs can be compared byte for byte.
 
-local rows = require "limax.robot.rows"
 local sample = require "limax.base.statistics.sample"
 local sorting = require "limax.base.sorting"
 
@@ -31,16 +30,14 @@ end
 -- The counter of a robot that failed, by its status.
 local counter_of = { invalid = "invalid", diverged = "diverged", failed = "fitness" }
 
--- Numbers of robots that failed, by status, and of robots with a coarse step: one of their masses
--- moved farther than a tenth of an edge in one step.
-local function count_problems(all)
-  local failed, coarse = { invalid = 0, diverged = 0, fitness = 0 }, 0
+-- Numbers of robots that failed, by status.
+local function count_failed(all)
+  local failed = { invalid = 0, diverged = 0, fitness = 0 }
   for _, row in ipairs(all) do
     local name = counter_of[row.status]
     if name then failed[name] = failed[name] + 1 end
-    if rows.is_coarse(row) then coarse = coarse + 1 end
   end
-  return failed, coarse
+  return failed
 end
 
 -- Spread of a value that robots or their measures have: the champion's, and mean, least and most
@@ -98,7 +95,6 @@ function metrics.measure(population)
     quantiles["q" .. q] = sample.quantile(ascending, q / 100)
   end
   local champion = all[ranked[1]]
-  local failed, coarse = count_problems(all)
   return {
     best = champion.fitness,
     mean = sum / #ranked,
@@ -106,8 +102,8 @@ function metrics.measure(population)
     worst = ascending[1],
     quantiles = quantiles,
     scored = #ranked,
-    failed = failed,
-    coarse = coarse,
+    failed = count_failed(all),
+    coarse = population.coarse,
     diversity = without_nan(population.diversity),
     measures = measures_of(all, champion),
     islands = islands_of(all),

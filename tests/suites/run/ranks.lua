@@ -49,7 +49,9 @@ end
 local same = whole_runs.same
 
 -- What a run says, without kernels that a GPU's first run compiles.
-local function warnings(done) return (done.stderr:gsub("limax: compiled the kernel[^\n]*\n", "")) end
+local function warnings(done)
+  return (done.stderr:gsub("limax: compiled the kernel[^\n]*\n", ""))
+end
 
 test("any number of ranks gives the same bytes, also after a resume", function(t, folder)
   write_experiment(folder, 12)
@@ -128,6 +130,21 @@ local KINDS = {
       local robots = history[#history].population
       return { mutation_scale = 0.1 + 1e-3 * math.abs(robots[20].genome[1])
         + 0.01 * limax.diversity.hamming(robots) }, ("sum %.17g"):format(state.sum)
+    end]] },
+  { "a survival and a supervisor that read whole robots", [[fitness = "distance",
+    genome = { mutation = "self_adaptive" },
+    survival = function(robots)
+      local lightest, masses = nil, {}
+      for i, robot in ipairs(robots) do masses[i] = robot.body.mass + (robot.parents[1] or 0) end
+      for _, i in ipairs(robots.ranked) do
+        if not lightest or masses[i] < masses[lightest] then lightest = i end
+      end
+      return { lightest }
+    end,
+    supervisor = function(history)
+      local robots, voxels = history[#history].population, 0
+      for _, robot in ipairs(robots) do voxels = voxels + robot.body.voxels end
+      return { mutation_scale = 0.1 + 1e-4 * voxels + 1e-6 * robots[24].parents[1] }, "read"
     end]] },
   { "newcomers on islands", [[fitness = "distance", survival = { "age_fitness", newcomers = 2 },
     islands = { count = 3, every = 2, migrants = 1, topology = "ring" },
