@@ -297,29 +297,49 @@ local function compare(generation, messages)
   end
 end
 
--- Sends items of robots to the ranks that named them, and receives those of this rank's list.
+-- The robots of this share that ranks named, one rank after the other, and how many each did.
 ---@param messages table[] of each rank: `wanted` numbers of the generation, `counts` by rank
----@param own ffi.cdata* the items of this rank's robots
----@param into ffi.cdata* in the order of the own list
----@param size integer bytes of an item
-local function trade(share, messages, own, into, size, owners)
-  local sent, total = {}, 0
-  own = ffi.cast("const uint8_t *", own)
-  for r, message in ipairs(messages) do
-    sent[r] = message.counts[exchange.index + 1]
-    total = total + sent[r]
-  end
-  local out, filled = ffi.new("uint8_t[?]", math.max(1, total * size)), 0
+local function asked_for(share, messages)
+  local places, counts = {}, {}
   for r, message in ipairs(messages) do
     local list, first = ffi.cast("const int32_t *", message.wanted), 0
     for other = 1, exchange.index do first = first + message.counts[other] end
-    for k = first, first + sent[r] - 1 do
-      ffi.copy(out + filled * size, own + (share:at(list[k]) - 1) * size, size)
-      filled = filled + 1
-    end
+    counts[r] = message.counts[exchange.index + 1]
+    for k = first, first + counts[r] - 1 do places[#places + 1] = share:at(list[k]) end
   end
+  return places, counts
+end
+
+-- Copies genomes into a population, from its robot `first` on. Those of a GPU stay there.
+---@param places integer[] in `from`
+local function copy_genomes(robots, from, places, into, first)
+  if #places == 0 then return end
+  local twice = {}
+  for k, place in ipairs(places) do twice[k] = { place, place } end
+  into:breed(from, twice, { elites = into.count, mutation_rate = 0, mutation_scale = 0,
+    crossover_rate = 0, seed = 0, repetition = 1, generation = 0 }, robots.world.device, first,
+    #places)
+end
+
+-- Sends genomes and whole rows to the ranks that named them, and receives those of a list.
+---@param list integer[] robots of other ranks, by rank
+---@param into limax.population|nil its first robots get the genomes
+local function trade(robots, messages, list, into)
+  local places, sent = asked_for(robots.share, messages)
+  local received, all = messages[exchange.index + 1].counts, robots.rows
+  local out = places[1] and robots.world:empty(#places)
+  if out then copy_genomes(robots, robots.own, places, out, 1) end
+  local from, to = out and out:genome_view():pointer(), into and into:genome_view():pointer()
   exchange.all(true) -- an error of a rank ends all here, and not within what follows
-  exchange.trade(out, sent, into, messages[exchange.index + 1].counts, size, owners)
+  exchange.trade(from, sent, to, received, robots.own.genes * ffi.sizeof "float", { out, into })
+  if out then out:free() end
+  if not all.share then return end
+  local leaving = structured.new(all.layout, math.max(1, #places))
+  local arriving = structured.new(all.layout, math.max(1, #list))
+  for k, place in ipairs(places) do structured.copy(leaving, k - 1, all, place - 1, 1) end
+  exchange.all(true)
+  exchange.trade(leaving.data, sent, arriving.data, received, all.layout.size)
+  rows.lend(all, list, arriving)
 end
 
 -- The robots of a list that other ranks have, by rank, and how many of each.
@@ -339,13 +359,14 @@ local function foreign_of(share, list)
   return foreign, counts
 end
 
---- The genomes of the robots from which this rank breeds; their rows are lent. Collective.
+--- The genomes from which this rank breeds: of robots, whose rows are lent if they are of other
+--- ranks, and more. Collective.
 ---@param sources integer[] numbers of the generation
 ---@param chosen string digest of all that survival and selection chose
----@param more integer
----@return limax.population of the engine: the own one if it has them and `more` is 0, else a copy,
---- with place for so many more at its end
+---@param more (ffi.cdata*|string)[] float[genes] each
+---@return limax.population of the engine: the own one if it has them all, else a copy
 ---@return table<integer, integer> places there by number of the generation
+---@return integer place before the first of `more`
 function division.parents(robots, sources, chosen, more)
   local share, own_state, at = robots.share, rawget(robots, "state"), {}
   local foreign, counts = foreign_of(share, sources)
@@ -353,33 +374,32 @@ function division.parents(robots, sources, chosen, more)
   local messages = exchange.all { parents = chosen, state = own_state and state.encode(own_state),
     counts = counts, wanted = ffi.string(wanted, 4 * #foreign) }
   compare(robots.generation + 1, messages)
-  local is_traded, is_copied = false, foreign[1] ~= nil or more > 0
+  local is_traded, count = false, #foreign + #more
   for _, message in ipairs(messages) do is_traded = is_traded or message.wanted ~= "" end
-  -- a GPU's are copied
-  local own = (is_traded or is_copied and #foreign < #sources) and own_genomes(robots)
-  local gathered = is_copied and robots.world:empty(#sources + more) or robots.own
-  local into = is_copied and gathered:genome_view():pointer() or nil
-  local count, filled, all = robots.own.genes, #foreign, robots.rows
-  if is_traded then
-    trade(share, messages, own, into, count * ffi.sizeof "float", { robots.own, gathered })
+  local others = count > 0 and robots.world:empty(count) or nil
+  if is_traded then trade(robots, messages, foreign, foreign[1] and others or nil) end
+  for k, genome in ipairs(more) do
+    local genes = robots.own.genes
+    ffi.copy(others:genome_view():pointer() + (#foreign + k - 1) * genes, genome,
+      genes * ffi.sizeof "float")
   end
-  if is_traded and all.share then
-    local array = structured.new(all.layout, math.max(1, #foreign))
-    trade(share, messages, all.data, array.data, all.layout.size, { all, array })
-    rows.lend(all, foreign, array)
-  end
-  for _, i in ipairs(sources) do at[i] = share:at(i) end
-  if not is_copied then return gathered, at end
+  local own, places = {}, {}
   for k, i in ipairs(foreign) do at[i] = k end
   for _, i in ipairs(sources) do
     local place = share:at(i)
     if place then
-      ffi.copy(into + filled * count, own + (place - 1) * count, count * ffi.sizeof "float")
-      filled = filled + 1
-      at[i] = filled
+      own[#own + 1], places[#own + 1] = i, place
+      at[i] = others and count + #own or place
     end
   end
-  return gathered, at
+  if not others then return robots.own, at, 0 end
+  if #own == 0 then return others, at, #foreign end
+  local all, in_order = robots.world:empty(count + #own), {}
+  for k = 1, count do in_order[k] = k end
+  copy_genomes(robots, robots.own, places, all, count + 1)
+  copy_genomes(robots, others, in_order, all, 1)
+  others:free()
+  return all, at, #foreign
 end
 
 -- ---- diversity ----------------------------------------------------------------------------------

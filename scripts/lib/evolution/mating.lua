@@ -2,8 +2,6 @@
 --- the genomes of the parents, and makes the records of the next generation. A parent may also be a
 --- row of the archive.
 
-local ffi = require "ffi"
-
 local archived = require "limax.evolution.archived"
 local division = require "limax.evolution.division"
 local failure = require "limax.base.failure"
@@ -205,12 +203,10 @@ local function parents_of(robots, share, chosen)
   if not (of_archive[1] or robots.world.is_divided) then
     return { engine = robots.own, rows = robots.rows, pairs = own }
   end
-  local from, at = division.parents(robots, needed, chosen.digest, #of_archive)
-  local found, size = {}, from.genes * ffi.sizeof "float"
-  for k, row in ipairs(of_archive) do
-    at[row] = from.count - #of_archive + k
-    ffi.copy(from:genome_view():pointer() + (at[row] - 1) * from.genes, archived.genome(row), size)
-  end
+  local genomes, found = {}, {}
+  for k, row in ipairs(of_archive) do genomes[k] = archived.genome(row) end
+  local from, at, before = division.parents(robots, needed, chosen.digest, genomes)
+  for k, row in ipairs(of_archive) do at[row] = before + k end
   for source, k in pairs(at) do found[k] = row_of(robots, source) end
   for k, pair in ipairs(own) do own[k] = { at[pair[1]], at[pair[2]] } end
   return { engine = from, rows = found, pairs = own }
