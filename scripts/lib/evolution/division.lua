@@ -378,10 +378,9 @@ function division.parents(robots, sources, chosen, more)
   for _, message in ipairs(messages) do is_traded = is_traded or message.wanted ~= "" end
   local others = count > 0 and robots.world:empty(count) or nil
   if is_traded then trade(robots, messages, foreign, foreign[1] and others or nil) end
+  local each, into = robots.own.genes, more[1] and others:genome_view():pointer()
   for k, genome in ipairs(more) do
-    local genes = robots.own.genes
-    ffi.copy(others:genome_view():pointer() + (#foreign + k - 1) * genes, genome,
-      genes * ffi.sizeof "float")
+    ffi.copy(into + (#foreign + k - 1) * each, genome, each * ffi.sizeof "float")
   end
   local own, places = {}, {}
   for k, i in ipairs(foreign) do at[i] = k end
@@ -406,8 +405,9 @@ end
 
 --- The engine's diversity of a set of robots, whose parts ranks add up. Collective.
 ---@param set integer[] at least one robot
----@return limax.diversity
-function division.diversity(robots, set)
+---@param for_first? boolean only rank 0 needs it
+---@return limax.diversity|nil nil of another rank then
+function division.diversity(robots, set, for_first)
   local own, list, largest = robots.own, {}, 0
   for _, i in ipairs(set) do list[#list + 1] = robots.share:at(i) end
   if exchange.count == 1 then return own:diversity(list) end
@@ -417,6 +417,7 @@ function division.diversity(robots, set)
   end
   local sums, size = bodies.sums(own, list, largest)
   exchange.sum(sums, size)
+  if for_first and not exchange.is_first then return nil end
   -- an island has a part of the rows
   local all, hashes = (rawget(robots, "whole") or robots).rows, ffi.new("uint64_t[?]", #set)
   for k, i in ipairs(set) do hashes[k - 1] = rows.hash(all, i) end

@@ -218,8 +218,8 @@ end
 -- Returns also the number of robots without a status on all ranks.
 local function unsimulated(robots)
   local which, count = {}, 0
-  for i, row in ipairs(robots.rows) do
-    if row.status == nil then
+  for i = 1, #robots do
+    if rows.is_waiting(robots.rows, i) then
       count = count + 1
       if robots.share:at(i) then which[#which + 1] = i end
     end
@@ -475,9 +475,10 @@ end
 
 -- The robots that were simulated here. One that failed in another fitness may get a score again.
 local function robots_to_score(robots)
-  local wanted = {}
-  for i = 1, #robots do
-    wanted[i] = robots.traces ~= nil and robots.traces[i] ~= nil
+  local wanted, share = {}, robots.share
+  for k = 1, robots.traces and share.count or 0 do
+    local i = share:number(k)
+    wanted[i] = robots.traces[i] and true
     if wanted[i] then rows.set_status(robots.rows, i) end
   end
   return wanted

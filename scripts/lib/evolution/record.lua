@@ -98,7 +98,7 @@ end
 -- What the first rank needs of the others to record a generation.
 local function gather(robots)
   local ranked, best = robots.ranked, {}
-  local of_ranks = { diversity = function(_, set) return division.diversity(robots, set) end }
+  local of_ranks = { diversity = function(_, set) return division.diversity(robots, set, true) end }
   robots.diversity = diversity.measure(of_ranks, ranked, robots.materials)
   local own, share = 0, robots.share
   for k = 1, share.count do

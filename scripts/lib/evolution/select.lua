@@ -2,6 +2,8 @@
 --- experiment's survival and selection, on the whole population or island by island. An own loop
 --- may name both instead.
 
+local ffi = require "ffi"
+
 local division = require "limax.evolution.division"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
@@ -27,12 +29,12 @@ end
 -- An own loop may name the former.
 local function survive(world, robots, generation, parameters, named)
   if named then return mating.check_scored(robots, named, "breed: elites"), robots end
-  local ranking = mating.ranking(robots)
+  local place = source.place(world.config.survival)
+  local ranking = place and mating.ranking(robots)
   local survivors, parents = call("the survival", world.experiment.survival.call, robots,
     random_of(world, generation, robots.island and world.config.population + robots.island or 0),
     rawget(robots, "state"), source.copy(parameters))
-  mating.check_unchanged(robots, ranking, "the survival")
-  local place = source.place(world.config.survival)
+  if place then mating.check_unchanged(robots, ranking, "the survival") end
   local what = place and ("survival (%s)"):format(place) or "survival"
   if survivors == nil then
     failure.raise(1, what .. " returned nil, expected a list of indices, which may be empty; does"
@@ -60,21 +62,30 @@ end
 ---@field of_islands integer[]|nil elites of each island
 ---@field digest string of what all ranks chose
 
+-- The bytes of a list of parents; a row of the archive counts as less than 0.
+local function bytes_of(count, parent_of)
+  local numbers = ffi.new("double[?]", count + 1)
+  numbers[0] = count
+  for k = 1, count do
+    local parent = parent_of(k)
+    numbers[k] = type(parent) == "table" and -parent.id or parent
+  end
+  return ffi.string(numbers, ffi.sizeof(numbers))
+end
+
 -- A digest of the elites, the pools of parents, and the pairs that all ranks chose.
 local function digest_of(robots, chosen, pools, with_pairs)
-  local texts = { table.concat(chosen.elites, " ") }
-  local function show(parent) return type(parent) == "table" and "a" .. parent.id or parent end
+  local lists = { bytes_of(#chosen.elites, function(k) return chosen.elites[k] end) }
   for _, pool in ipairs(pools) do
-    local list = {}
-    for k, index in ipairs(pool.ranked) do
-      list[k] = show(pool.parents and pool.parents[index] or index)
-    end
-    texts[#texts + 1] = table.concat(list, " ")
+    local ranked, parents = pool.ranked, pool.parents
+    lists[#lists + 1] = bytes_of(#ranked, function(k)
+      return parents and parents[ranked[k]] or ranked[k]
+    end)
   end
-  for i = 1, with_pairs and #robots or 0 do
-    texts[#texts + 1] = show(chosen.parents[i][1]) .. " " .. show(chosen.parents[i][2])
+  for side = 1, with_pairs and 2 or 0 do
+    lists[#lists + 1] = bytes_of(#robots, function(i) return chosen.parents[i][side] end)
   end
-  return host.xxh3(table.concat(texts, "\n"))
+  return host.xxh3(table.concat(lists))
 end
 
 --- Chooses for the next generation; what an own loop chose comes first.
@@ -88,8 +99,8 @@ function select.choose(world, robots, decided)
   local elites, parents, homes, of_islands, share
   local rankings, pools = {}, {}
   local function choose(pool, child, all_elites)
-    if not rankings[pool] then
-      rankings[pool], pools[#pools + 1] = mating.ranking(pool), pool
+    if rankings[pool] == nil then
+      rankings[pool], pools[#pools + 1] = own and mating.ranking(pool) or false, pool
     end
     if not own then
       share = share or division.share(#robots, all_elites)
@@ -121,7 +132,7 @@ function select.choose(world, robots, decided)
   end
   division.set_common(robots, false)
   for pool, ranking in pairs(rankings) do
-    mating.check_unchanged(pool, ranking, "the selection")
+    if ranking then mating.check_unchanged(pool, ranking, "the selection") end
   end
   local chosen = { elites = elites, parents = parents, homes = homes,
     of_islands = of_islands }

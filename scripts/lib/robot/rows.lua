@@ -122,6 +122,26 @@ local function whole(self, i)
   return self:ask(i)
 end
 
+--- The numbers and the scores of the robots that have one.
+---@return integer[], number[]
+function rows.scored(self)
+  local numbers, scores = {}, {}
+  for i = 1, self.count do
+    local array, at = held(self, i)
+    local score = array.data[at].fitness
+    if score == score then
+      numbers[#numbers + 1], scores[#scores + 1] = i, score
+    end
+  end
+  return numbers, scores
+end
+
+--- Was robot i not simulated yet, nor failed before?
+function rows.is_waiting(self, i)
+  local array, at = held(self, i)
+  return array.data[at].status[0] == 0
+end
+
 --- The hash of robot i's body.
 ---@return ffi.cdata* uint64_t
 function rows.hash(self, i)

@@ -19,8 +19,9 @@ local diversity = strict.module "limax.diversity"
 ---@field robots integer size of the set
 ---@field material_shares table<string, number> mean share of all voxels, by name
 
--- The engine's answer, with materials by name and no NaN.
+-- The engine's answer, if this rank has one, with materials by name and no NaN.
 local function named(values, materials)
+  if not values then return nil end
   local shares = {}
   for m = 1, materials.count do shares[materials:get(m).name] = values.material_shares[m] end
   local genotype = values.genotype

@@ -1,6 +1,7 @@
 --- metrics.lua: one line of numbers per generation, over the robots that were scored. It holds no
 --- times, so that two runs can be compared byte for byte.
 
+local rows = require "limax.robot.rows"
 local sample = require "limax.base.statistics.sample"
 local sorting = require "limax.base.sorting"
 
@@ -8,14 +9,8 @@ local metrics = {}
 
 --- Indices of the scored robots, best first; equal ones in index order.
 function metrics.rank(all)
-  local ranked, scored, values = {}, {}, {}
-  for i, row in ipairs(all) do
-    local score = row.fitness
-    if score then
-      scored[#scored + 1], values[#values + 1] = i, score
-    end
-  end
-  for k, place in ipairs(sorting.descending(values)) do ranked[k] = scored[place] end
+  local ranked, numbers, scores = {}, rows.scored(all)
+  for k, place in ipairs(sorting.descending(scores)) do ranked[k] = numbers[place] end
   return ranked
 end
 
@@ -57,6 +52,11 @@ end
 
 local function itself(row) return row end
 local function its_measures(row) return row.measures end
+
+-- The spread of a field that robots of some experiments have.
+local function spread_of(all, champion, name)
+  return all.layout.places[name] and spread(all, champion, name, itself)
+end
 
 -- The numbers that the fitness returned besides the score; nil if it returned none.
 local function measures_of(all, champion)
@@ -107,9 +107,9 @@ function metrics.measure(population)
     diversity = without_nan(population.diversity),
     measures = measures_of(all, champion),
     islands = islands_of(all),
-    novelty = spread(all, champion, "novelty", itself),
-    age = spread(all, champion, "age", itself),
-    step_size = spread(all, champion, "step_size", itself),
+    novelty = spread_of(all, champion, "novelty"),
+    age = spread_of(all, champion, "age"),
+    step_size = spread_of(all, champion, "step_size"),
     champion = { id = champion.id, index = ranked[1], hash = champion.body.hash },
   }
 end
