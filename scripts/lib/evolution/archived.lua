@@ -83,12 +83,13 @@ function archived.enter(before, robots)
   local entered, leaving = definition.choose(before.rows, before.place, candidates, random)
   local list = {}
   for k, row in ipairs(entered) do list[k] = row.index end
-  local genomes, genes = division.genomes(robots, list), robots.own.genes
-  division.lend(robots, list)
   for k, row in ipairs(entered) do
-    local robot = robots.rows[row.index]
-    robot.entered, robot.cell = k, row.cell
-    row[ROBOT] = rows.single(robot)
+    robots.rows[row.index].entered, robots.rows[row.index].cell = k, row.cell
+  end
+  division.lend(robots, list)
+  local genomes, genes = division.genomes(robots, list), robots.own.genes
+  for k, row in ipairs(entered) do
+    row[ROBOT] = rows.single(robots.rows[row.index])
     row[GENOME] = ffi.new("float[?]", genes)
     ffi.copy(row[GENOME], genomes + (k - 1) * genes, genes * ffi.sizeof "float")
   end

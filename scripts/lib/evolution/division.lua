@@ -130,9 +130,7 @@ end
 local in_common = false
 
 --- Begins or ends functions that all ranks call with the same arguments: they may read any robot.
-function division.set_common(robots, value)
-  in_common, robots.rows.in_common = value, value or nil
-end
+function division.set_common(value) in_common = value end
 
 -- All genomes of this rank, float[count * genes]: those of the population, or a copy of a GPU's.
 local function own_genomes(robots)
@@ -462,23 +460,6 @@ function division.complete(robots)
   exchange.all(true) -- an error of a rank ends all here, and not within what follows
   complete(share, array)
   rows.complete(all, array)
-end
-
---- Brings a field of a robot of another rank that is not in the brief rows: all fields of all
---- robots, at the first such read of a function that all ranks call.
----@return limax.rows the array that has it
----@return integer its place there, from 0
-function division.ask(robots, i)
-  local all, stored = robots.rows, rawget(robots, "stored")
-  if all.in_common then
-    division.complete(robots)
-    return all, i - 1
-  elseif stored then
-    return stored:rows_of(robots), i - 1
-  end
-  failure.raise(1, ("robot %s of generation %d is of another rank of mpirun, which has most of its"
-    .. " fields; a survival, a selection or a supervisor may read them"):format(all[i].id,
-    robots.generation), 2)
 end
 
 --- Sends the robots that this rank scored to all others, and receives theirs.

@@ -108,7 +108,6 @@ function generation.new(world, fields)
   robots.evaluations = robots.evaluations or 0
   robots.timing = robots.timing or {}
   robots.timing.simulate, robots.timing.fitness = 0, 0
-  robots.rows.ask = function(_, i) return division.ask(robots, i) end
   for i = 1, robots.rows.count do robots[i] = scored_robot.of(robots, i) end
   return robots
 end

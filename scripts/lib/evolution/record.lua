@@ -100,6 +100,7 @@ local function gather(robots)
   local ranked, best = robots.ranked, {}
   local of_ranks = { diversity = function(_, set) return division.diversity(robots, set, true) end }
   robots.diversity = diversity.measure(of_ranks, ranked, robots.materials)
+  -- robots one of whose masses moved farther than a tenth of an edge in one step
   local own, share = 0, robots.share
   for k = 1, share.count do
     if rows.is_coarse(robots.rows[share:number(k)]) then own = own + 1 end
@@ -163,7 +164,10 @@ function record.write(run, robots)
     if problem and not exchange.is_first then exchange.all(true) end -- rank 0 ends all
     if not exchange.is_first then return end
     run.folder:check(not problem, problem)
-    if robots.world.is_divided then robots.stored = stored_in(run.folder) end
+    if robots.world.is_divided then
+      robots.stored = stored_in(run.folder)
+      robots.rows.stored = function() return robots.stored:rows_of(robots) end
+    end
     robots.timing.write = run.folder:write { robots = robots, metrics = line, arrays = files,
       began = began, evaluations = run.evaluations,
       matrix = line.generation == 0 and run.world:matrix() or nil }

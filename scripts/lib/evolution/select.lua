@@ -113,7 +113,10 @@ function select.choose(world, robots, decided)
     return mating.chosen(pool, child, place, call("the selection", selection, pool,
       random_of(world, generation, child), rawget(robots, "state")))
   end
-  division.set_common(robots, world.is_divided)
+  -- a script's own functions may read any field; asked for one by one, by all ranks at the same
+  -- time, robots would have to forget what one rank read of them before
+  if own or source.place(config.survival) then division.complete(robots) end
+  division.set_common(world.is_divided)
   if config.islands then
     if choice.elites or choice.parents then
       failure.raise(2, "breed: in an experiment with islands, elites and parents come from its"
@@ -130,7 +133,7 @@ function select.choose(world, robots, decided)
       return choose(from, child, #elites)
     end)
   end
-  division.set_common(robots, false)
+  division.set_common(false)
   for pool, ranking in pairs(rankings) do
     if ranking then mating.check_unchanged(pool, ranking, "the selection") end
   end

@@ -157,16 +157,15 @@ function made.trials(all, each)
   return list[1] and list or nil
 end
 
---- The struct that has a field of robot i. Of an array of a share (rows.lua), this rank may have to
---- ask for it.
+--- The struct that has a field of robot i; of an array of a share (rows.lua) it may have to be
+--- asked for.
 ---@param name string of the field
 function row.struct(all, i, name)
   local share = all.share
   if not share then return all.data[i - 1] end
   local k = share:at(i)
-  if all.brief.layout.places[name] then return k and all.data[k - 1] or all.brief.data[i - 1] end
-  -- all ranks must ask, or none
-  if k and not all.in_common then return all.data[k - 1] end
+  if k then return all.data[k - 1] end
+  if all.brief.layout.places[name] then return all.brief.data[i - 1] end
   if all.lent[i] then return all.lent[i].data[0] end
   local array, at = all:ask(i)
   return array.data[at]

@@ -24,9 +24,7 @@ local structured = require "limax.base.structured"
 ---@field brief limax.structured.array|nil of all robots, with what other ranks have of them; own
 --- ones are there after rows.outline
 ---@field lent table<integer, limax.structured.array>|nil whole robots of others, the first of each
----@field in_common boolean|nil do all ranks run the same function now?
----@field ask? fun(all: limax.rows, i: integer): limax.structured.array, integer brings a robot of
---- another rank: an array that has all of it, and its place there from 0
+---@field stored? fun(): limax.rows whole rows from a run folder
 ---@field materials string[]|nil their names, in the order of the bodies' counts
 ---@field stamp integer changes with every write
 local Rows = {}
@@ -112,6 +110,15 @@ local function held(self, i)
   local k = self.share:at(i)
   if k then return self, k - 1 end
   return self.brief, i - 1
+end
+
+--- Brings all fields of a robot of another rank, where the run folder has it.
+---@return limax.rows an array that has it
+---@return integer its place there, from 0
+function Rows:ask(i)
+  if self.stored then return self.stored(), i - 1 end
+  error(("robots[%d] is of another rank of mpirun, which has most of its fields: a survival, a"
+    .. " selection or a supervisor may read them"):format(i), 0)
 end
 
 -- The same of all its fields.

@@ -126,7 +126,7 @@ end
 function made.body(self) return body.view(self.row.body) end
 
 function made.genome(self)
-  if self.row.origin == "hand" then return nil end
+  if not rawget(self, GENERATION) and self.row.origin == "hand" then return nil end
   local population = self.context.population
   if not population then gone(self.row, "genome") end
   return population:genome(self.context.index)

@@ -131,6 +131,24 @@ local KINDS = {
       return { mutation_scale = 0.1 + 1e-3 * math.abs(robots[20].genome[1])
         + 0.01 * limax.diversity.hamming(robots) }, ("sum %.17g"):format(state.sum)
     end]] },
+  { "a survival that reads what only a fitness of another rank did", [[
+    fitness = function(robot) return robot:distance() + 1e-9 * robot.body.voxels end,
+    survival = function(robots)
+      local last = robots.ranked[12]
+      return robots[last].body.voxels > 13 and { last } or { robots.ranked[1], last }
+    end]] },
+  { "cells of an archive", [[fitness = "distance", survival = "map_elites",
+    archive = { "grid", descriptors = { "muscle_share", "voxel_share" } },
+    selection = function(robots, random)
+      local count = #robots.ranked
+      local a, b = robots.ranked[random:integer(count)], robots.ranked[random:integer(count)]
+      return a, robots[a].record.cell % 3 == 0 and a or b
+    end,
+    supervisor = function(history)
+      local robots, sum = history[#history].population, 0
+      for i = 1, #robots do sum = sum + (robots.rows[i].cell or 0) end
+      return { mutation_scale = 0.1 + 1e-4 * sum }, "read"
+    end]] },
   { "a survival and a supervisor that read whole robots", [[fitness = "distance",
     genome = { mutation = "self_adaptive" },
     survival = function(robots)
