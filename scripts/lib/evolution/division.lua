@@ -399,6 +399,14 @@ function division.parents(robots, sources, chosen, more)
   return all, at, #foreign
 end
 
+--- Frees the genomes and bodies of a generation that was bred: from here on they are read from the
+--- run folder.
+function division.forget(robots)
+  if not (robots.world.is_divided and rawget(robots, "own")) then return end
+  robots.own:free()
+  robots.own = nil
+end
+
 -- ---- diversity ----------------------------------------------------------------------------------
 
 --- The engine's diversity of a set of robots, whose parts ranks add up. Collective.

@@ -129,6 +129,7 @@ function evolve.next(run, robots)
   -- written while a GPU steps the next one, and also after an error of breeding
   failure.finally(function() record.write(run, robots) end,
     function() upcoming = breed(run, robots) end)
+  division.forget(robots)
   if not is_restored then run:check_variables() end
   if not upcoming and robots.remembered then
     for _, note in ipairs(archived.notes(robots.remembered, run.world.archive)) do run:say(note) end
