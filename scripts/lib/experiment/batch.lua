@@ -15,8 +15,8 @@ local batch = {}
 ---@field parameters table<string, number> mutation_rate, mutation_scale, crossover_rate, and with
 --- genes of control control_mutation_rate, control_mutation_scale
 ---@field state table|nil of the experiment's functions
----@field rows limax.row[] of all robots, in a mutation or crossover; of those of other ranks of
---- mpirun there is no body yet, and no parents
+---@field rows limax.row[] of all robots, in a mutation or crossover; on several ranks of mpirun
+--- only own ones have a body, parents and an origin
 local methods = strict.methods "robots"
 
 batch.GENES_ONLY = "a body depends on its genes only, because elites are expressed again"
