@@ -82,8 +82,8 @@ function archived.enter(before, robots)
     robots.generation, INDIVIDUAL)
   local entered, leaving = definition.choose(before.rows, before.place, candidates, random)
   local list = {}
-  for k, row in ipairs(entered) do list[k] = row.index end
   for k, row in ipairs(entered) do
+    list[k] = row.index
     robots.rows[row.index].entered, robots.rows[row.index].cell = k, row.cell
   end
   division.lend(robots, list)

@@ -308,7 +308,8 @@ local function asked_for(share, messages)
   return places, counts
 end
 
--- Copies genomes into a population, from its robot `first` on. Those of a GPU stay there.
+-- Copies genomes into a population, from its robot `first` on, by breeding elites: those of a GPU
+-- stay there.
 ---@param places integer[] in `from`
 local function copy_genomes(robots, from, places, into, first)
   if #places == 0 then return end

@@ -113,8 +113,8 @@ function select.choose(world, robots, decided)
     return mating.chosen(pool, child, place, call("the selection", selection, pool,
       random_of(world, generation, child), rawget(robots, "state")))
   end
-  -- a script's own functions may read any field; asked for one by one, by all ranks at the same
-  -- time, robots would have to forget what one rank read of them before
+  -- a script's own functions may read any field of any robot. Whole rows come at once: a rank that
+  -- has read a field before would not take part when the others ask for it
   if own or source.place(config.survival) then division.complete(robots) end
   division.set_common(world.is_divided)
   if config.islands then

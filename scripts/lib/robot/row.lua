@@ -157,26 +157,30 @@ function made.trials(all, each)
   return list[1] and list or nil
 end
 
---- The struct that has a field of robot i; of an array of a share (rows.lua) it may have to be
---- asked for.
----@param name string of the field
-function row.struct(all, i, name)
-  local share = all.share
-  if not share then return all.data[i - 1] end
-  local k = share:at(i)
-  if k then return all.data[k - 1] end
-  if all.brief.layout.places[name] then return all.brief.data[i - 1] end
-  if all.lent[i] then return all.lent[i].data[0] end
-  local array, at = all:ask(i)
-  return array.data[at]
+--- What is here of robot i of an array, which may be of a share (rows.lua).
+---@return limax.structured.array of whole rows, or the brief one
+---@return integer its place there, from 0
+function row.held(all, i)
+  if not all.share then return all, i - 1 end
+  local k = all.share:at(i)
+  if k then return all, k - 1 end
+  return all.brief, i - 1
 end
 
--- The struct to which a field of robot i is written; nil of another rank's that is only there.
-local function written(all, i, name)
-  local share = all.share
-  if not share then return all.data[i - 1] end
-  local k = share:at(i)
-  return k and all.data[k - 1] or all.brief.layout.places[name] and all.brief.data[i - 1] or nil
+--- The same of all its fields. Raises for a robot of another rank that is not here.
+function row.whole(all, i)
+  local array, at = row.held(all, i)
+  if array ~= all.brief then return array, at end
+  if all.lent[i] then return all.lent[i], 0 end
+  return all:ask(i)
+end
+
+--- The struct that has a field of robot i.
+---@param name string of the field
+function row.struct(all, i, name)
+  local array, at = row.held(all, i)
+  if not array.layout.places[name] then array, at = row.whole(all, i) end
+  return array.data[at]
 end
 
 -- The field that has what is made of it.
@@ -194,8 +198,9 @@ function Row:__newindex(name, value)
   local all, kind = rawget(self, 1), KIND[name]
   if value ~= nil and (kind == "measures" or name == "cases") then all:expect(name, value) end
   if kind and all.layout.places[name] then
-    local each = written(all, rawget(self, 2), name)
-    if each then writers[kind](each, name, value, all) end
+    local array, at = row.held(all, rawget(self, 2))
+    -- a field that only another rank has is written there
+    if array.layout.places[name] then writers[kind](array.data[at], name, value, all) end
     all.stamp = all.stamp + 1
   elseif value ~= nil then
     error(("robots of this generation have no field %s that can be set"):format(tostring(name)), 2)

@@ -104,14 +104,6 @@ function rows.new(facts, count, share)
   return self
 end
 
--- What is here of robot i: an array, and the place there from 0.
-local function held(self, i)
-  if not self.share then return self, i - 1 end
-  local k = self.share:at(i)
-  if k then return self, k - 1 end
-  return self.brief, i - 1
-end
-
 --- Brings all fields of a robot of another rank, where the run folder has it.
 ---@return limax.rows an array that has it
 ---@return integer its place there, from 0
@@ -121,20 +113,12 @@ function Rows:ask(i)
     .. " selection or a supervisor may read them"):format(i), 0)
 end
 
--- The same of all its fields.
-local function whole(self, i)
-  local array, at = held(self, i)
-  if array ~= self.brief then return array, at end
-  if self.lent[i] then return self.lent[i], 0 end
-  return self:ask(i)
-end
-
 --- The numbers and the scores of the robots that have one.
 ---@return integer[], number[]
 function rows.scored(self)
   local numbers, scores = {}, {}
   for i = 1, self.count do
-    local array, at = held(self, i)
+    local array, at = row.held(self, i)
     local score = array.data[at].fitness
     if score == score then
       numbers[#numbers + 1], scores[#scores + 1] = i, score
@@ -145,14 +129,14 @@ end
 
 --- Was robot i not simulated yet, nor failed before?
 function rows.is_waiting(self, i)
-  local array, at = held(self, i)
+  local array, at = row.held(self, i)
   return array.data[at].status[0] == 0
 end
 
 --- The hash of robot i's body.
 ---@return ffi.cdata* uint64_t
 function rows.hash(self, i)
-  local array, at = held(self, i)
+  local array, at = row.held(self, i)
   return array == self.brief and array.data[at].hash or array.data[at].body.hash
 end
 
@@ -219,9 +203,9 @@ end
 --- Copies robots: robot `sources[k]` of `from` becomes robot `places[k]`.
 function rows.copy(self, places, from, sources)
   for k, i in ipairs(places) do
-    local to, at = held(self, i)
+    local to, at = row.held(self, i)
     local is_brief = to == self.brief
-    local array, place = (is_brief and held or whole)(from, sources[k])
+    local array, place = (is_brief and row.held or row.whole)(from, sources[k])
     structured.copy(to, at, array, place, 1)
     if is_brief then to.data[at].hash = rows.hash(from, sources[k]) end
   end
@@ -314,7 +298,7 @@ end
 
 --- Clears the outcome and the score of robot i.
 function rows.forget(self, i)
-  local array, at = held(self, i)
+  local array, at = row.held(self, i)
   local each = ffi.cast("uint8_t *", array.data + at)
   local blank = ffi.cast("const uint8_t *", blank_of(array).data)
   for _, name in ipairs(OF_SCORE) do
