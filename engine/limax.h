@@ -236,6 +236,9 @@ limax_status limax_population_number(limax_population* population, int32_t befor
  * not move the population off the GPU. */
 limax_status limax_population_read_genomes(const limax_population* population, int32_t first,
                                            int32_t count, float* out);
+/* Sets the genomes of these robots, on the GPU if it stores them. Their bodies become unknown. */
+limax_status limax_population_write_genomes(limax_population* population, int32_t first,
+                                            int32_t count, const float* in);
 
 /* The voxels of robots as texts: a letter for each, from `letters` [16] by material index, lines
  * along x, an empty line between layers, the lowest first; each ends in a zero. `out` holds

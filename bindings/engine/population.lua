@@ -329,11 +329,20 @@ function methods:genomes_bytes()
   return ffi.string(memory, ffi.sizeof(memory))
 end
 
+-- Sets genomes from memory. A GPU that stores them receives these alone.
+local function write_genomes(self, what, first, count, memory)
+  local handle = coded(self, what)
+  object.end_views(self.life, "its genomes were set")
+  object.set(self, "lent", false)
+  abi.check(C.limax_population_write_genomes(handle, first, count,
+    ffi.cast("const float *", memory)), what)
+end
+
 --- Writes all genomes.
 ---@param all string|limax.view|ffi.cdata* as from genomes_bytes or genomes_array, or a float[?]
 function methods:set_genomes(all)
   local what = "population:set_genomes"
-  local genomes = genomes_of(self, what)
+  coded(self, what)
   local expected = self.count * self.genes * ffi.sizeof "float"
   local memory = view.memory(all) or all
   local size = type(memory) == "string" and #memory
@@ -342,8 +351,7 @@ function methods:set_genomes(all)
     schema.refuse(what, ("%d bytes (%d robots of %d genes), or as many floats as from "
       .. "genomes_array"):format(expected, self.count, self.genes), size or all)
   end
-  object.end_views(self.life, "its genomes were set")
-  ffi.copy(genomes, memory, expected)
+  write_genomes(self, what, 0, self.count, memory)
 end
 
 function class:__tostring()
@@ -357,4 +365,10 @@ local function copy_genomes(self, memory, first, count)
   read_genomes(self, "copy_genomes", first or 0, count or self.count, memory)
 end
 
-return { class = class, population = population, copy_genomes = copy_genomes }
+--- Sets the genomes of `count` robots after the first `first` ones from memory of the caller.
+local function put_genomes(self, memory, first, count)
+  write_genomes(self, "put_genomes", first, count, memory)
+end
+
+return { class = class, population = population, copy_genomes = copy_genomes,
+  put_genomes = put_genomes }

@@ -142,6 +142,13 @@ limax_status limax_population_read_genomes(const limax_population* population, i
         population->it.read_genomes(first, count, out);
     });
 }
+limax_status limax_population_write_genomes(limax_population* population, int32_t first,
+                                            int32_t count, const float* in) {
+    return change(population, "population", [&] {
+        require("in", in);
+        population->it.write_genomes(first, count, in);
+    });
+}
 limax_status limax_population_number(limax_population* population, int32_t before) {
     return change(population, "population", [&] { population->it.number(before); });
 }

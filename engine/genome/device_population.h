@@ -28,9 +28,9 @@ public:
     virtual void clear_genomes() = 0;
     virtual void clear_bodies() = 0;
     // All robots.
-    virtual void send_genomes(const float* genomes) = 0;
     virtual void send_bodies(const uint8_t* voxels, const float* weights) = 0;
     // Robots first .. first + count - 1.
+    virtual void send_genomes(const float* genomes, int32_t first, int32_t count) = 0;
     virtual void fetch_genomes(float* genomes, int32_t first, int32_t count) const = 0;
 
     // `before` as of limax_population_number.

@@ -88,7 +88,7 @@ void population::bodies_to_host() const {
 void population::genomes_to_device() const {
     if (genomes_at_.device && !genomes_at_.lent) return;
     if (genomes_at_.host)
-        on_device_->send_genomes(genomes_.data());
+        on_device_->send_genomes(genomes_.data(), 0, count_);
     else
         on_device_->clear_genomes();
     genomes_at_.device = true;
@@ -139,6 +139,20 @@ void population::read_genomes(int32_t first, int32_t count, float* out) const {
         on_device_->fetch_genomes(out, first, count);
     else
         std::copy_n(genomes() + int64_t(first) * genes(), int64_t(count) * genes(), out);
+}
+
+void population::write_genomes(int32_t first, int32_t count, const float* in) {
+    require_genomes();
+    require_robots(first, count);
+    if (on_device_) {
+        if (!whole(first, count)) genomes_to_device();
+        on_device_->send_genomes(in, first, count);
+        genomes_at_ = {.device = true};
+    } else {
+        genomes_to_host();
+        std::copy_n(in, int64_t(count) * genes(), genomes_.data() + int64_t(first) * genes());
+    }
+    forget(first, count);
 }
 
 void population::move_to(std::shared_ptr<device_population> stored) const {

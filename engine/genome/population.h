@@ -52,6 +52,8 @@ public:
     const float* weights() const;
     // A copy of the genomes of these robots, [count][gene], from host or device.
     void read_genomes(int32_t first, int32_t count, float* out) const;
+    // Sets the genomes of these robots where the arrays are stored. Their bodies become unknown.
+    void write_genomes(int32_t first, int32_t count, const float* in);
 
     // Stores the arrays on a device from now on; null for the host. Values do not change.
     void move_to(std::shared_ptr<device_population> stored) const;

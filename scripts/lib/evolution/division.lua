@@ -17,6 +17,11 @@ local structured = require "limax.base.structured"
 
 local division = {}
 
+ffi.cdef [[
+  void* malloc(size_t size);
+  void free(void* memory);
+]]
+
 -- ---- shares -------------------------------------------------------------------------------------
 
 ---@class limax.share the robots that a rank has, in order: some of the elites, some of the others
@@ -320,18 +325,35 @@ local function copy_genomes(robots, from, places, into, first)
     #places)
 end
 
+-- Memory for genomes on their way, kept from generation to generation: new pages cost more time
+-- than the copy into them.
+local ways = { sent = { bytes = -1 }, received = { bytes = -1 } }
+
+local function memory_of(way, bytes)
+  if way.bytes < bytes then
+    way.memory, way.bytes = nil, math.ceil(1.1 * bytes)
+    way.memory = ffi.gc(ffi.C.malloc(math.max(1, way.bytes)), ffi.C.free)
+    if way.memory == nil then error("not enough memory", 0) end
+  end
+  return ffi.cast("float *", way.memory)
+end
+
 -- Sends genomes and whole rows to the ranks that named them, and receives those of a list.
 ---@param list integer[] robots of other ranks, by rank
----@param into limax.population|nil its first robots get the genomes
-local function trade(robots, messages, list, into)
+---@param to ffi.cdata* float[#list * genes] their genomes
+local function trade(robots, messages, list, to)
   local places, sent = asked_for(robots.share, messages)
   local received, all = messages[exchange.index + 1].counts, robots.rows
-  local out = places[1] and robots.world:empty(#places)
-  if out then copy_genomes(robots, robots.own, places, out, 1) end
-  local from, to = out and out:genome_view():pointer(), into and into:genome_view():pointer()
+  local size = robots.own.genes * ffi.sizeof "float"
+  local from = memory_of(ways.sent, #places * size)
+  if places[1] then
+    local gathered = robots.world:empty(#places)
+    copy_genomes(robots, robots.own, places, gathered, 1)
+    engine_population.copy_genomes(gathered, from)
+    gathered:free()
+  end
   exchange.all(true) -- an error of a rank ends all here, and not within what follows
-  exchange.trade(from, sent, to, received, robots.own.genes * ffi.sizeof "float", { out, into })
-  if out then out:free() end
+  exchange.trade(from, sent, to, received, size)
   if not all.share then return end
   local leaving = structured.new(all.layout, math.max(1, #places))
   local arriving = structured.new(all.layout, math.max(1, #list))
@@ -373,30 +395,26 @@ function division.parents(robots, sources, chosen, more)
   local messages = exchange.all { parents = chosen, state = own_state and state.encode(own_state),
     counts = counts, wanted = ffi.string(wanted, 4 * #foreign) }
   compare(robots.generation + 1, messages)
-  local is_traded, count = false, #foreign + #more
+  local is_traded, count, places = false, #foreign + #more, {}
   for _, message in ipairs(messages) do is_traded = is_traded or message.wanted ~= "" end
-  local others = count > 0 and robots.world:empty(count) or nil
-  if is_traded then trade(robots, messages, foreign, foreign[1] and others or nil) end
-  local each, into = robots.own.genes, more[1] and others:genome_view():pointer()
+  local each = robots.own.genes
+  local arrived = memory_of(ways.received, count * each * ffi.sizeof "float")
+  if is_traded then trade(robots, messages, foreign, arrived) end
   for k, genome in ipairs(more) do
-    ffi.copy(into + (#foreign + k - 1) * each, genome, each * ffi.sizeof "float")
+    ffi.copy(arrived + (#foreign + k - 1) * each, genome, each * ffi.sizeof "float")
   end
-  local own, places = {}, {}
   for k, i in ipairs(foreign) do at[i] = k end
   for _, i in ipairs(sources) do
     local place = share:at(i)
     if place then
-      own[#own + 1], places[#own + 1] = i, place
-      at[i] = others and count + #own or place
+      places[#places + 1] = place
+      at[i] = count > 0 and count + #places or place
     end
   end
-  if not others then return robots.own, at, 0 end
-  if #own == 0 then return others, at, #foreign end
-  local all, in_order = robots.world:empty(count + #own), {}
-  for k = 1, count do in_order[k] = k end
+  if count == 0 then return robots.own, at, 0 end
+  local all = robots.world:empty(count + #places)
   copy_genomes(robots, robots.own, places, all, count + 1)
-  copy_genomes(robots, others, in_order, all, 1)
-  others:free()
+  engine_population.put_genomes(all, arrived, 0, count)
   return all, at, #foreign
 end
 

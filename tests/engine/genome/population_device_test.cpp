@@ -58,9 +58,9 @@ struct fake_device_population final : limax::device_population {
         std::fill_n(twin.voxels(), voxels() * twin.count(), uint8_t(0));
         std::fill_n(twin.weights(), 3 * voxels() * twin.count(), 0.0f);
     }
-    void send_genomes(const float* from) override {
+    void send_genomes(const float* from, int32_t first, int32_t count) override {
         ++seen.sent_genomes;
-        std::copy_n(from, genes() * twin.count(), twin.genomes());
+        std::copy_n(from, genes() * count, twin.genomes() + first * genes());
     }
     void send_bodies(const uint8_t* from, const float* weights) override {
         ++seen.sent_bodies;
@@ -149,6 +149,13 @@ TEST_CASE("generations on a device are those of the host and copy nothing that i
     children.breed(parents, pairs.data(), some_breeding(), in_order, 0, 20);
     CHECK(stored->seen == traffic{0, 0, 2, 0, 0});
     CHECK(refused([&] { parents.read_genomes(18, 3, some.data()); }) ==
+          "robots 19 to 21 do not all exist; there are 20");
+
+    // writing sends these alone
+    for (population* each : {&parents, &host_parents}) each->write_genomes(9, 3, some.data());
+    for (int i = 0; i < 2; ++i) CHECK(same_genomes(parents, host_parents));
+    CHECK(stored->seen == traffic{1, 0, 3, 0, 0});
+    CHECK(refused([&] { parents.write_genomes(18, 3, some.data()); }) ==
           "robots 19 to 21 do not all exist; there are 20");
 }
 

@@ -84,8 +84,8 @@ public:
 
     void clear_genomes() override;
     void clear_bodies() override;
-    void send_genomes(const float* genomes) override;
     void send_bodies(const uint8_t* voxels, const float* weights) override;
+    void send_genomes(const float* genomes, int32_t first, int32_t count) override;
     void fetch_genomes(float* genomes, int32_t first, int32_t count) const override;
     void initialize(uint32_t generation, int32_t before, int32_t first, int32_t count) override;
     void breed(const device_population& parents, const int32_t* pairs,
@@ -162,8 +162,9 @@ void gpu_population::clear_bodies() {
     stream_.synchronize("clearing bodies");
 }
 
-void gpu_population::send_genomes(const float* genomes) {
-    genomes_.upload(genomes, genomes_.size(), stream_);
+void gpu_population::send_genomes(const float* genomes, int32_t first, int32_t count) {
+    genomes_.upload(genomes, std::size_t(genes_) * std::size_t(count), stream_,
+                    std::size_t(genes_) * std::size_t(first));
     stream_.synchronize("sending genomes to the GPU");
 }
 
