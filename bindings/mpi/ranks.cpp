@@ -176,10 +176,16 @@ LIMAX_PUBLIC void limax_ranks_trade(const void* out, const int* sent, void* in, 
                    item, MPI_COMM_WORLD, &pending);
 }
 
-// Whether what was begun last is complete.
-LIMAX_PUBLIC int limax_ranks_done(void) {
+// Whether what was begun last is complete. Polls for so many seconds, since each poll moves only a
+// few fragments of a message.
+LIMAX_PUBLIC int limax_ranks_done(double seconds) {
+    const auto until = clock_type::now() + std::chrono::duration<double>(seconds);
     int done = 0;
-    MPI_Test(&pending, &done, MPI_STATUS_IGNORE);
+    for (;;) {
+        MPI_Test(&pending, &done, MPI_STATUS_IGNORE);
+        if (done != 0 || clock_type::now() >= until) break;
+        std::this_thread::yield();
+    }
     if (done != 0 && item != MPI_DATATYPE_NULL) MPI_Type_free(&item);
     return done;
 }

@@ -11,8 +11,10 @@ local host = require "limax.host"
 local ranks = { index = 0, count = 1 }
 
 local LIBRARY = "liblimax_mpi.so"
--- s between polls of a gather: short at first, then so long that other ranks get the core
+-- s between polls for ranks that still work: short at first, then so long that others get the core
 local SHORTEST_WAIT, LONGEST_WAIT = 1e-5, 1e-3
+-- s of polling at a time once all ranks take part
+local POLLING = 1e-3
 
 -- Processes that the launcher started.
 local function started()
@@ -24,14 +26,18 @@ end
 -- Memory that MPI reads and writes until a gather is complete, also where an interrupt ends it.
 local in_flight -- luacheck: ignore
 
--- Waits until a gather is complete. MPI transfers data only during these polls, so that pauses stay
--- short once all ranks take part.
-local function wait(longest)
+-- Waits for other ranks.
+local function wait()
   local pause = SHORTEST_WAIT
-  while ffi.C.limax_ranks_done() == 0 do
+  while ffi.C.limax_ranks_done(0) == 0 do
     host.wait(pause)
-    pause = math.min(2 * pause, longest)
+    pause = math.min(2 * pause, LONGEST_WAIT)
   end
+end
+
+-- Waits for a transfer in which all ranks take part: MPI moves data only while it is polled.
+local function transfer()
+  while ffi.C.limax_ranks_done(POLLING) == 0 do host.wait(SHORTEST_WAIT) end
 end
 
 --- Exchanges texts: every rank calls it with its own, and gets those of all. A rank that is lost
@@ -42,7 +48,7 @@ function ranks.gather(text)
   local own, sizes = ffi.new("int64_t[1]", #text), ffi.new("int64_t[?]", ranks.count)
   in_flight = { text, own, sizes }
   ffi.C.limax_ranks_gather_sizes(own, sizes)
-  wait(LONGEST_WAIT)
+  wait()
   local total, list = 0, {}
   for r = 0, ranks.count - 1 do total = total + tonumber(sizes[r]) end
   if total >= 2 ^ 31 then
@@ -52,7 +58,7 @@ function ranks.gather(text)
   local all = ffi.new("char[?]", math.max(total, 1))
   in_flight[4] = all
   ffi.C.limax_ranks_gather(text, sizes, all)
-  wait(SHORTEST_WAIT)
+  transfer()
   local place = 0
   for r = 0, ranks.count - 1 do
     list[r + 1] = r == ranks.index and text or ffi.string(all + place, tonumber(sizes[r]))
@@ -65,7 +71,7 @@ end
 -- Waits for what was begun with this memory, in which all ranks take part at the same time.
 local function complete(...)
   in_flight = { ... }
-  wait(SHORTEST_WAIT)
+  transfer()
   in_flight = nil
 end
 
@@ -128,7 +134,7 @@ local function start()
     void limax_ranks_share(void* items, const int* numbers, int bytes);
     void limax_ranks_trade(const void* out, const int* sent, void* in, const int* received,
       int bytes);
-    int limax_ranks_done(void);
+    int limax_ranks_done(double seconds);
     int limax_ranks_reports(void);
     void limax_ranks_stop(void);
     void limax_ranks_finish(void);
