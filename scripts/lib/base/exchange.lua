@@ -55,6 +55,27 @@ function exchange.first(make)
   return exchange.is_first and value or list[1]
 end
 
+-- Sends an error of this rank to all.
+local function tell(value, trace)
+  local status = failure.status(value)
+  local text = status and tostring(value) or failure.text(value, trace or tostring(value))
+  gather { problem = { kind = status and value.kind or "failed", status = status or 1,
+    text = ("rank %d: %s"):format(ranks.index, text) } }
+end
+
+--- Calls `call`, then `last`, also after an error of any rank, which then is one of all. On several
+--- ranks an interrupt leaves out `last`, in which all would have to take part.
+function exchange.finally(last, call)
+  if exchange.count == 1 then return failure.finally(last, call) end
+  local ok, value, trace = failure.attempt(function()
+    call()
+    exchange.all(true)
+  end)
+  if not (ok or ended) then tell(value, trace) end
+  last()
+  if not ok then failure.raise_again(value, trace) end
+end
+
 --- Adds up the values of all ranks, int64_t[count], in place.
 function exchange.sum(values, count)
   exchange.all(true) -- an error of a rank ends all here, and not within the sum
@@ -106,10 +127,7 @@ function exchange.shows(value, trace)
     if not is_interrupted then is_interrupted, reports = true, ranks.reports() end
     return reports
   end
-  local status = failure.status(value)
-  local text = status and tostring(value) or failure.text(value, trace or tostring(value))
-  local sent = host.protect(gather, { problem = { kind = status and value.kind or "failed",
-    status = status or 1, text = ("rank %d: %s"):format(ranks.index, text) } })
+  local sent = host.protect(tell, value, trace)
   is_interrupted = not sent
   return exchange.is_first or not sent
 end

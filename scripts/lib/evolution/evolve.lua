@@ -123,11 +123,12 @@ end
 function evolve.next(run, robots)
   local is_restored = robots.entry ~= nil
   evolve.record(run, robots)
-  -- on disk before a model is asked, and before rank 0 reads robots of others
-  if run.session or run.world.is_divided then record.write(run, robots) end
+  -- on disk before a model is asked, and before a supervisor reads robots of other ranks
+  local reads = run.world.is_divided and run.experiment.supervisor.reads_robots
+  if run.session or reads then record.write(run, robots) end
   local upcoming
   -- written while a GPU steps the next one, and also after an error of breeding
-  failure.finally(function() record.write(run, robots) end,
+  exchange.finally(function() record.write(run, robots) end,
     function() upcoming = breed(run, robots) end)
   division.forget(robots)
   if not is_restored then run:check_variables() end

@@ -39,6 +39,7 @@ return {
       integer = true, reason = "twenty offspring are too few to estimate a share of one fifth" },
   },
   changes = function() return { "mutation_scale" } end,
+  reads_robots = true, -- origin and parents
   make = function(options)
     return function(history)
       local won, tried = 0, 0

@@ -27,6 +27,7 @@ local supervise = strict.module "limax.supervise"
 ---@field make? fun(options: table): limax.supervisor.law a function of a history that is not empty
 ---@field start? fun(options: table, run: limax.run, fallback: limax.supervisor|nil):
 --- limax.supervisor.session for supervisors with state between generations
+---@field reads_robots? boolean does `make`'s law read more of a robot than its number and scores?
 ---@field unfit? fun(options: table, config: table): string|nil why it cannot serve this experiment
 ---@field changes? fun(options: table): string[] the fields that it may set; all that an experiment
 --- allows if left out
@@ -60,6 +61,7 @@ supervise.parameters = proposals.parameters
 ---@field call limax.supervisor.law|nil
 ---@field start (fun(run: limax.run): limax.supervisor.session)|nil instead of `call`
 ---@field own boolean|nil is it the user's own function?
+---@field reads_robots boolean|nil may it read more of a robot than its number and scores?
 ---@field unfit? fun(config: table): string|nil why it cannot serve this experiment
 ---@field note? fun(config: table): string|nil what is probably unintended in this experiment
 ---@field changes string[]|nil the fields that it may set; nil for all that an experiment allows
@@ -68,14 +70,17 @@ supervise.parameters = proposals.parameters
 ---@param spec string|table|limax.supervisor.law
 ---@return limax.supervisor
 function supervise.get(spec)
-  if type(spec) == "function" then return { name = "function", call = spec, own = true } end
+  if type(spec) == "function" then
+    return { name = "function", call = spec, own = true, reads_robots = true }
+  end
   local name, options = choice.read("supervisor", spec, supervise.entries)
   local entry = supervise.entries[name]
   local supervisor = { name = name, unfit = entry.unfit and function(config)
     return entry.unfit(options, config)
   end, note = entry.note and function(config)
     return entry.note(options, config)
-  end, changes = entry.changes and entry.changes(options) }
+  end, changes = entry.changes and entry.changes(options),
+    reads_robots = entry.reads_robots or entry.start ~= nil }
   local fallback = options.fallback
   if fallback == "keep" then fallback = nil end
   fallback = fallback and supervise.get(fallback)

@@ -277,6 +277,23 @@ for _, fault in ipairs(FAULTS) do
     end)
 end
 
+test("a generation is kept where breeding from it fails on another rank", function(t, folder)
+  evolution.script(folder .. "/fails.lua", [[lattice = { 3, 3, 3 }, population = 12,
+    generations = 20, simulation = { duration = 0.3, settle = 0.1 }, fitness = "distance",
+    genome = { mutation = function(robots)
+      for _, i in ipairs(robots) do
+        if robots.rows[i].id == 3 * 12 + 12 then error "no" end
+      end
+    end }]])
+  for _, ranks in ipairs { 0, 3 } do
+    local done = on(ranks, folder, "run", "fails.lua", "-q", "--device", "cpu", "--out",
+      tostring(ranks))
+    t:ok(done.status ~= 0 and done.stderr:find "no\n", done.stderr)
+    local text = process.read(folder .. "/" .. ranks .. "/journal.jsonl")
+    t:equal(select(2, text:gsub('"kind":"generation"', "")), 3)
+  end
+end)
+
 test("only one rank asks a language model", function(t, folder)
   local server = faulty_server.open(t)
   evolution.script(folder .. "/asks.lua", ([[generations = 4,
