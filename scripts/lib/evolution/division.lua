@@ -12,6 +12,7 @@ local failure = require "limax.base.failure"
 local genes = require "limax.experiment.genes"
 local host = require "limax.host"
 local rows = require "limax.robot.rows"
+local sorting = require "limax.base.sorting"
 local state = require "limax.run.state"
 local structured = require "limax.base.structured"
 
@@ -363,20 +364,18 @@ local function trade(robots, messages, list, to)
   rows.lend(all, list, arriving)
 end
 
--- The robots of a list that other ranks have, by rank, and how many of each.
+-- The robots of a list that other ranks have, by rank and in order, and how many of each.
 local function foreign_of(share, list)
-  local foreign, of, counts = {}, {}, {}
+  local keys, numbers, foreign, counts = {}, {}, {}, {}
   for r = 1, exchange.count do counts[r] = 0 end
   for _, i in ipairs(list) do
     if not share:at(i) then
-      foreign[#foreign + 1], of[i] = i, owner(share, i)
-      counts[of[i]] = counts[of[i]] + 1
+      local r = owner(share, i)
+      counts[r] = counts[r] + 1
+      numbers[#numbers + 1], keys[#keys + 1] = i, r * share.total + i
     end
   end
-  table.sort(foreign, function(a, b)
-    if of[a] ~= of[b] then return of[a] < of[b] end
-    return a < b
-  end)
+  for k, place in ipairs(sorting.ascending(keys)) do foreign[k] = numbers[place] end
   return foreign, counts
 end
 

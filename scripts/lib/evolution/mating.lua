@@ -217,8 +217,10 @@ end
 local function rows_of(robots, share, chosen, keep)
   local generation = robots.generation + 1
   local all = robots.world:rows(generation, share, robots.rows)
-  for i, index in ipairs(chosen.elites) do
-    rows.copy(all, { i }, robots.rows, { index })
+  local places = {}
+  for i in ipairs(chosen.elites) do places[i] = i end
+  rows.copy(all, places, robots.rows, chosen.elites)
+  for i in ipairs(chosen.elites) do
     all[i].origin = "elite"
     if not keep then rows.forget(all, i) end
   end

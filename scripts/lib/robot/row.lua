@@ -171,7 +171,7 @@ end
 function row.whole(all, i)
   local array, at = row.held(all, i)
   if array ~= all.brief then return array, at end
-  if all.lent[i] then return all.lent[i], 0 end
+  if all.lent[i] then return all.lent[i], all.lent_at[i] end
   return all:ask(i)
 end
 

@@ -23,7 +23,8 @@ local structured = require "limax.base.structured"
 ---@field share limax.share|nil nil where all robots are here
 ---@field brief limax.structured.array|nil of all robots, with what other ranks have of them; own
 --- ones are there after rows.outline
----@field lent table<integer, limax.structured.array>|nil whole robots of others, the first of each
+---@field lent table<integer, limax.structured.array>|nil arrays with whole robots of others
+---@field lent_at table<integer, integer>|nil their places there, from 0
 ---@field stored? fun(): limax.rows whole rows from a run folder
 ---@field materials string[]|nil their names, in the order of the bodies' counts
 ---@field stamp integer changes with every write
@@ -88,7 +89,7 @@ local function lay_out(self, facts)
       if not OF_RANK[field.name] then known[#known + 1] = field end
     end
     known[#known + 1] = HASH
-    self.brief, self.lent = structured.new(structured.layout(known), self.count), {}
+    self.brief, self.lent, self.lent_at = structured.new(structured.layout(known), self.count), {}, {}
     self.brief.facts = facts
     clear(self.brief, self.count)
   end
@@ -152,15 +153,13 @@ end
 
 --- Keeps whole robots of a list, row k of an array of the same layout being robot list[k].
 function rows.lend(self, list, array)
-  for k, i in ipairs(list) do
-    self.lent[i] = { layout = array.layout, data = array.data + (k - 1), array = array }
-  end
+  for k, i in ipairs(list) do self.lent[i], self.lent_at[i] = array, k - 1 end
   self.stamp = self.stamp + 1
 end
 
 --- Takes an array of all robots, of the same layout, in place of those of the share.
 function rows.complete(self, array)
-  self.data, self.share, self.brief, self.lent = array.data, nil, nil, nil
+  self.data, self.share, self.brief, self.lent, self.lent_at = array.data, nil, nil, nil, nil
   self.stamp = self.stamp + 1
 end
 
