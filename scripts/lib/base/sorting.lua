@@ -1,46 +1,63 @@
---- sorting.lua: the order of numbers, by a merge sort on arrays that LuaJIT compiles: `table.sort`
+--- sorting.lua: the order of numbers, by a radix sort on arrays that LuaJIT compiles: `table.sort`
 --- with a function takes twenty times as long.
 
+local bit = require "bit"
 local ffi = require "ffi"
 
 local sorting = {}
 
--- Merges the sorted runs from `first` and from `middle` to `last` (exclusive) into `to`.
-local function merge(keys, from, to, first, middle, last)
-  local left, right = first, middle
-  for k = first, last - 1 do
-    if left < middle and (right >= last or keys[from[left]] <= keys[from[right]]) then
-      to[k], left = from[left], left + 1
+-- Changes doubles so that their bits have their order as whole numbers: of a negative number all
+-- bits are inverted, of another one the sign.
+local function order_bits(keys, count)
+  local halves = ffi.cast("int32_t *", keys)
+  for i = 0, 2 * count - 1, 2 do
+    local high = halves[i + 1]
+    if high < 0 then
+      halves[i], halves[i + 1] = bit.bnot(halves[i]), bit.bnot(high)
     else
-      to[k], right = from[right], right + 1
+      halves[i + 1] = bit.bxor(high, -2 ^ 31)
     end
   end
 end
 
---- The indices of `values`, of the smallest number first; equal ones in index order.
-function sorting.ascending(values)
-  local count = #values
-  local keys, from, to = ffi.new("double[?]", count + 1), ffi.new("int32_t[?]", count + 1),
-    ffi.new("int32_t[?]", count + 1)
-  for i = 1, count do keys[i], from[i - 1] = values[i], i end
-  local width = 1
-  while width < count do
-    for first = 0, count - 1, 2 * width do
-      merge(keys, from, to, first, math.min(first + width, count),
-        math.min(first + 2 * width, count))
-    end
-    from, to, width = to, from, 2 * width
+-- Where the next key goes, by the value of its digit.
+local places = ffi.new "int32_t[257]"
+
+-- Orders `from` into `to` by one byte of the keys, equal ones as they were. Returns false if all
+-- are equal.
+local function pass(bytes, from, to, count)
+  ffi.fill(places, ffi.sizeof(places))
+  for i = 0, 8 * (count - 1), 8 do places[bytes[i] + 1] = places[bytes[i] + 1] + 1 end
+  if places[bytes[0] + 1] == count then return false end
+  for d = 1, 255 do places[d] = places[d] + places[d - 1] end
+  for k = 0, count - 1 do
+    local d = bytes[8 * from[k]]
+    to[places[d]], places[d] = from[k], places[d] + 1
   end
-  local order = {}
-  for k = 1, count do order[k] = from[k - 1] end
+  return true
+end
+
+-- The indices of `sign` times the values, of the smallest first.
+local function order_of(values, sign)
+  local count, order = #values, {}
+  local keys = ffi.new("double[?]", count + 1)
+  local from, to = ffi.new("int32_t[?]", count + 1), ffi.new("int32_t[?]", count + 1)
+  -- the sum makes -0 a 0
+  for i = 0, count - 1 do keys[i], from[i] = sign * values[i + 1] + 0, i end
+  order_bits(keys, count)
+  for byte = 0, 7 do -- the lowest first
+    if pass(ffi.cast("uint8_t *", keys) + byte, from, to, count) then from, to = to, from end
+  end
+  for k = 1, count do order[k] = from[k - 1] + 1 end
   return order
 end
 
+--- The indices of `values`, of the smallest number first; equal ones in index order.
+---@param values number[] none is not a number
+function sorting.ascending(values) return order_of(values, 1) end
+
 --- The same with the largest number first; equal ones in index order.
-function sorting.descending(values)
-  local negated = {}
-  for i = 1, #values do negated[i] = -values[i] end
-  return sorting.ascending(negated)
-end
+---@param values number[] none is not a number
+function sorting.descending(values) return order_of(values, -1) end
 
 return sorting

@@ -9,6 +9,7 @@ local power = require "limax.base.statistics.power"
 local rank_sum = require "limax.base.statistics.rank_sum"
 local sample = require "limax.base.statistics.sample"
 local signed_rank = require "limax.base.statistics.signed_rank"
+local sorting = require "limax.base.sorting"
 local student = require "limax.base.statistics.student"
 
 local suite = require("limax.test").suite "statistics"
@@ -49,6 +50,31 @@ local function enumerated_signs(differences)
   end
   return far / 2 ^ n
 end
+
+-- Numbers whose bits are hard to sort: of all magnitudes, both zeros, both infinities, equal ones.
+local function hard_number(random)
+  local kind = random:integer(5)
+  return kind == 1 and 0 or kind == 2 and -0 or kind == 3 and random:integer(-2, 2)
+    or kind == 4 and (random:integer(2) == 1 and math.huge or -math.huge)
+    or random:normal() * 2 ^ random:integer(-1070, 1020)
+end
+
+suite:test("numbers are sorted, equal ones in index order", function(t)
+  local random, wrong = stream(9), 0
+  for count = 0, 300 do
+    local list = {}
+    for k = 1, count do list[k] = hard_number(random) end
+    for name, sign in pairs { ascending = 1, descending = -1 } do
+      local order = sorting[name](list)
+      if #order ~= count then wrong = wrong + 1 end
+      for k = 2, count do
+        local a, b = sign * list[order[k - 1]], sign * list[order[k]]
+        if not (a < b or a == b and order[k - 1] < order[k]) then wrong = wrong + 1 end
+      end
+    end
+  end
+  t:equal(wrong, 0)
+end)
 
 suite:test("signed ranks: p equals enumeration, with ties and zeros", function(t)
   for k = 1, 60 do
