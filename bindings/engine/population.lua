@@ -338,7 +338,7 @@ local function write_genomes(self, what, first, count, memory)
     ffi.cast("const float *", memory)), what)
 end
 
---- Writes all genomes.
+--- Writes all genomes. Their bodies are unknown until the robots are expressed.
 ---@param all string|limax.view|ffi.cdata* as from genomes_bytes or genomes_array, or a float[?]
 function methods:set_genomes(all)
   local what = "population:set_genomes"

@@ -156,7 +156,7 @@ function structured.copy(to, i, from, j, count)
   plans[to.layout] = of_layout
   of_layout[from.layout] = of_layout[from.layout] or plan_of(to.layout, from.layout)
   for _, part in ipairs(of_layout[from.layout]) do
-    local a, b, size = unpack(part)
+    local a, b, size = part[1], part[2], part[3]
     for k = 0, count - 1 do
       ffi.copy(into + k * to.layout.size + a, source + k * from.layout.size + b, size)
     end

@@ -89,7 +89,8 @@ local function lay_out(self, facts)
       if not OF_RANK[field.name] then known[#known + 1] = field end
     end
     known[#known + 1] = HASH
-    self.brief, self.lent, self.lent_at = structured.new(structured.layout(known), self.count), {}, {}
+    self.brief = structured.new(structured.layout(known), self.count)
+    self.lent, self.lent_at = {}, {}
     self.brief.facts = facts
     clear(self.brief, self.count)
   end
@@ -380,8 +381,10 @@ end
 
 --- Is a step of any simulation of a robot coarse?
 function rows.is_coarse(robot)
-  for _, o in ipairs(rows.outcomes(robot)) do
-    if o.coarse ~= 0 then return true end
+  local all = robot[1]
+  local each = row.struct(all, robot[2], "outcome")
+  for k = 1, all.facts.trials or 1 do
+    if row.outcome_at(all, each, k).coarse ~= 0 then return true end
   end
   return false
 end

@@ -77,7 +77,7 @@ control_view  #robots:control_view(1)
 control  robots:control(1)
 genomes_array  robots:genomes_array()
 genomes_bytes  #robots:genomes_bytes()
-set_genomes  robots:set_genomes(robots:genomes_bytes())
+set_genomes  robots:set_genomes(robots:genomes_bytes()); robots:express(materials)
 voxels  robots:voxels(1)
 voxels_view  robots:voxels_view(1)[8] = 3
 text  robots:text(1, ".ecsb")
