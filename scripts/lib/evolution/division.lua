@@ -74,6 +74,12 @@ function division.share(total, elites, rank)
     before = elites + others - own, total = total, all_elites = elites, ends = ends }, Share)
 end
 
+--- A share of all robots.
+function division.whole(total)
+  return setmetatable({ count = total, elites = 0, first_elite = 0, before = 0, total = total,
+    all_elites = 0 }, Share)
+end
+
 --- The place of a robot in this share; nil of another rank's.
 ---@param i integer its number in the generation
 function Share:at(i)

@@ -77,9 +77,10 @@ end
 
 -- The supervisor's decision. Parameters that an own loop chose replace those of the supervisor.
 local function decide(run, robots)
-  local ranking, choice = mating.ranking(robots), robots.choice or {}
+  local reads, choice = run.experiment.supervisor.reads_robots, robots.choice or {}
+  local ranking = reads and mating.ranking(robots)
   local decided = supervision.decide(run, robots)
-  mating.check_unchanged(robots, ranking, "the supervisor")
+  if reads then mating.check_unchanged(robots, ranking, "the supervisor") end
   for name in pairs(decided.parameters) do
     local chosen = choice[name]
     if name == "elite_fraction" then chosen = choice.elites and #choice.elites / #robots end

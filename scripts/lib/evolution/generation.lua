@@ -108,8 +108,16 @@ function generation.new(world, fields)
   robots.evaluations = robots.evaluations or 0
   robots.timing = robots.timing or {}
   robots.timing.simulate, robots.timing.fitness = 0, 0
-  for i = 1, robots.rows.count do robots[i] = scored_robot.of(robots, i) end
+  for i = 1, robots.rows.count do
+    robots[i] = robots.rows[i] and scored_robot.of(robots, i)
+  end
   return robots
+end
+
+--- Makes the objects of robots of other ranks, whose rows were lent, where there are none.
+---@param list integer[]
+function generation.show(robots, list)
+  for _, i in ipairs(list) do robots[i] = robots[i] or scored_robot.of(robots, i) end
 end
 
 --- The fields of a population without its robots: an island, or a pool of parents.
@@ -130,7 +138,7 @@ function generation.check_bodies(robots)
     local i = robots.share:number(k)
     if (robots.rows[i].body.voxels > 0) ~= (i == 1) then return robots end
   end
-  if robots.share:at(1) and robots[2] then
+  if robots.share:at(1) and #robots > 1 then
     robots.world.say("genome.encoding: robot 2 and all that follow are empty: does express visit"
       .. " every robot, for _, i in ipairs(robots) do?")
   end

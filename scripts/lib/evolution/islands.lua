@@ -53,8 +53,9 @@ end
 
 ---@class limax.islands.steps functions of the loop that work on one island
 ---@field survive fun(view: table): integer[], table survivors, and the pool of parents
----@field choose fun(pool: table, child: integer, elites: integer[]): table|nil two parents, by the
---- elites of each island; nil for a robot of another rank
+---@field choose fun(pool: table, child: integer): table two parents
+---@field share fun(elites: integer[]): limax.share robots that get parents, by the elites of each
+--- island
 ---@field random limax.random of the topology
 
 -- The survivors of each island by their indices in the whole population.
@@ -100,16 +101,17 @@ function islands.select(robots, options, generation, steps)
       elites[#elites + 1], parents[#parents + 1], homes[#homes + 1] = i, { i, i }, k
     end
   end
+  local share = steps.share(of_islands)
   for k, view in ipairs(groups) do
     for _ = #lists[k] + 1, #robots / options.count do
       local child = #homes + 1
-      local pair = steps.choose(pools[k], child, of_islands)
+      local pair = share:at(child) and steps.choose(pools[k], child)
       -- a row of the archive belongs to no island
       for side, parent in ipairs(pair or {}) do
         pair[side] = type(parent) == "table" and parent or view.places and view.places[parent]
           or parent
       end
-      parents[child], homes[child] = pair, k
+      parents[child], homes[child] = pair or nil, k
     end
   end
   return elites, parents, homes, of_islands

@@ -147,15 +147,14 @@ function mating.chosen(pool, child, place, first, second, third)
     parent_of(pool, second, what, place, child, generation) }
 end
 
---- One pair of parents per robot of the next generation: an elite twice, then two parents for each
---- offspring, by `choose` or as the script names them; nil for a robot of another rank.
+--- Pairs of parents of robots of the next generation: an elite twice, then two parents for each
+--- offspring, by `choose` or as the script names them.
 ---@param pool limax.population.scored from which the selection picks
----@param count integer robots of the next generation
----@param choose fun(pool: limax.population.scored, child: integer):
---- (integer|limax.archive.row)[]|nil
----@return table<integer, (integer|limax.archive.row)[]|nil>
-function mating.pairs(pool, count, elites, named, choose)
-  local wanted = count - #elites
+---@param share limax.share those that get a pair
+---@param choose fun(pool: limax.population.scored, child: integer): (integer|limax.archive.row)[]
+---@return table<integer, (integer|limax.archive.row)[]>
+function mating.pairs(pool, share, elites, named, choose)
+  local count, wanted = share.total, share.total - #elites
   if named and #named ~= wanted then
     failure.raise(1, ("breed: %d elites and %d pairs of parents make %d robots; the population"
       .. " is %d%s"):format(#elites, #named, #elites + #named, count, #named == count
@@ -167,12 +166,12 @@ function mating.pairs(pool, count, elites, named, choose)
         .. " the archive"):format(k, schema.show(pair)))
     end
   end
-  local list = {}
-  for k, index in ipairs(elites) do list[k] = { index, index } end
-  for k = 1, wanted do
-    local child, what = #elites + k, "breed: a parent in parents[%d]"
-    list[child] = named and { parent_of(pool, named[k][1], what, k),
-      parent_of(pool, named[k][2], what, k) } or choose(pool, child)
+  local list, what = {}, "breed: a parent in parents[%d]"
+  for k = 1, share.count do
+    local child = share:number(k)
+    local elite, at = elites[child], child - #elites
+    list[child] = elite and { elite, elite } or named and { parent_of(pool, named[at][1], what, at),
+      parent_of(pool, named[at][2], what, at) } or choose(pool, child)
   end
   return list
 end
@@ -221,7 +220,7 @@ local function rows_of(robots, share, chosen, keep)
   for i in ipairs(chosen.elites) do places[i] = i end
   rows.copy(all, places, robots.rows, chosen.elites)
   for i in ipairs(chosen.elites) do
-    all[i].origin = "elite"
+    if share:at(i) then all[i].origin = "elite" end
     if not keep then rows.forget(all, i) end
   end
   for k = share.elites + 1, share.count do

@@ -109,6 +109,7 @@ local function gather(robots)
   for _, count in ipairs(exchange.all(own)) do robots.coarse = robots.coarse + count end
   for k = 1, math.min(step_check.ROBOTS, #ranked) do best[k] = ranked[k] end
   division.fetch(robots, best)
+  generations.show(robots, best)
 end
 
 --- Records a scored generation: ends its traces, and the first rank adds it to the history.

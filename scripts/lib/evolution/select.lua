@@ -40,14 +40,16 @@ local function survive(world, robots, generation, parameters, named)
     failure.raise(1, what .. " returned nil, expected a list of indices, which may be empty; does"
       .. " every path of it end in `return`?")
   end
-  mating.check_scored(robots, survivors, what .. ": survivors")
+  if place then mating.check_scored(robots, survivors, what .. ": survivors") end
   if #survivors >= #robots then
     failure.raise(1, ("%s: %d survivors leave no place for offspring in %s of %d: return fewer")
       :format(what, #survivors, robots.island and "an island" or "a population", #robots))
   end
   parents = parents or survivors[1] and survivors or robots.ranked
-  local has_rows = parents ~= robots.ranked
-    and mating.check_parents(robots, parents, what .. ": parents")
+  local has_rows = type(parents) == "table" and type(parents[1]) == "table"
+  if place and parents ~= robots.ranked then
+    has_rows = mating.check_parents(robots, parents, what .. ": parents")
+  end
   if #parents == 0 then
     failure.raise(1, what .. ": parents: expected at least one, got an empty list")
   end
@@ -60,7 +62,7 @@ end
 --- those of this rank
 ---@field homes integer[]|nil an island per robot
 ---@field of_islands integer[]|nil elites of each island
----@field digest string of what all ranks chose
+---@field digest string|nil of what all ranks chose by functions of a script
 
 -- The bytes of a list of parents; a row of the archive counts as less than 0.
 local function bytes_of(count, parent_of)
@@ -96,26 +98,27 @@ function select.choose(world, robots, decided)
   local config, own = world.config, source.place(world.config.selection)
   local selection, random = world.experiment.selection, nil
   local place = own and (" (%s)"):format(own) or ""
-  local elites, parents, homes, of_islands, share
+  local elites, parents, homes, of_islands
   local rankings, pools = {}, {}
-  local function choose(pool, child, all_elites)
-    if rankings[pool] == nil then
-      rankings[pool], pools[#pools + 1] = own and mating.ranking(pool) or false, pool
-    end
+  local function choose(pool, child)
     if not own then
-      share = share or division.share(#robots, all_elites)
-      if not share:at(child) then return nil end
       -- one of the library takes no time, and keeps no stream: all children share the object
       random = random or random_of(world, generation, child)
       random.key.individual, random.draw = child, 0
       return mating.chosen(pool, child, place, selection(pool, random))
     end
+    rankings[pool] = rankings[pool] or mating.ranking(pool)
     return mating.chosen(pool, child, place, call("the selection", selection, pool,
       random_of(world, generation, child), rawget(robots, "state")))
   end
+  -- a script's function may count its calls in `state`, and so chooses for all robots everywhere
+  local function share_of(all_elites)
+    return own and division.whole(#robots) or division.share(#robots, all_elites)
+  end
   -- a script's own functions may read any field of any robot. Whole rows come at once: a rank that
   -- has read a field before would not take part when the others ask for it
-  if own or source.place(config.survival) then division.complete(robots) end
+  local is_script = own or source.place(config.survival)
+  if is_script then division.complete(robots) end
   division.set_common(world.is_divided)
   if config.islands then
     if choice.elites or choice.parents then
@@ -123,23 +126,26 @@ function select.choose(world, robots, decided)
         .. " survival and selection; leave them out")
     end
     elites, parents, homes, of_islands = islands.select(robots, config.islands, generation, {
-      choose = choose,
-      survive = function(view) return survive(world, view, generation, parameters) end,
+      choose = choose, share = share_of,
+      survive = function(view)
+        local survivors, pool = survive(world, view, generation, parameters)
+        pools[#pools + 1] = pool
+        return survivors, pool
+      end,
       random = random_of(world, generation, config.population + config.islands.count + 1) })
   else
     local pool
     elites, pool = survive(world, robots, generation, parameters, choice.elites)
-    parents = mating.pairs(pool, #robots, elites, choice.parents, function(from, child)
-      return choose(from, child, #elites)
-    end)
+    pools[1] = pool
+    parents = mating.pairs(pool, share_of(#elites), elites, choice.parents, choose)
   end
   division.set_common(false)
   for pool, ranking in pairs(rankings) do
-    if ranking then mating.check_unchanged(pool, ranking, "the selection") end
+    mating.check_unchanged(pool, ranking, "the selection")
   end
   local chosen = { elites = elites, parents = parents, homes = homes,
     of_islands = of_islands }
-  chosen.digest = world.is_divided and digest_of(robots, chosen, pools, own) or nil
+  chosen.digest = world.is_divided and is_script and digest_of(robots, chosen, pools, own) or nil
   return chosen
 end
 

@@ -11,6 +11,7 @@ local materials = require "limax.evolution.materials"
 local output = require "limax.base.output"
 local proposals = require "limax.supervise.proposals"
 local rows = require "limax.robot.rows"
+local selection = require "limax.selection"
 local settings = require "limax.settings.settings"
 local state = require "limax.run.state"
 
@@ -27,6 +28,8 @@ local state = require "limax.run.state"
 ---@field measured limax.measured|nil besides the fitness
 ---@field archive limax.archive.definition|nil
 ---@field is_divided boolean do ranks divide the robots among themselves (division.lua)?
+---@field shows_all boolean may a function of this rank look at robots of other ranks, beside those
+--- that are lent to it? Otherwise a generation has no objects of these.
 ---@field place fun(robots: limax.population.scored, i: integer): limax.population, integer where
 --- body and genome of a robot are
 ---@field diversity fun(robots: limax.population.scored, set: integer[]): limax.diversity|nil
@@ -72,6 +75,16 @@ local function least_bound(self, common)
   return least, name
 end
 
+-- May a function of this rank look at robots of others? Most schemes of the library need only their
+-- ranking.
+local function shows_all(experiment)
+  local config, named = experiment.config, experiment.config.selection
+  local selects = selection.entries[type(named) == "table" and named.name or named] or {}
+  local by_rank = experiment.survival.by_rank and selects.by_rank
+  return not by_rank or config.islands ~= nil or experiment.archive ~= nil
+    or exchange.is_first and experiment.supervisor.reads_robots or false
+end
+
 --- Makes the world of a repetition.
 function world.new(experiment, options)
   local config, device = experiment.config, options.device or "auto"
@@ -83,7 +96,8 @@ function world.new(experiment, options)
     options = settings.engine_options(config.simulation, config.record),
     trials = experiment.trials:of(repetition), fitness = experiment.fitness,
     measured = experiment.measured, archive = experiment.archive,
-    is_divided = exchange.count > 1, place = division.place, diversity = division.diversity_of,
+    is_divided = exchange.count > 1, shows_all = exchange.count == 1 or shows_all(experiment),
+    place = division.place, diversity = division.diversity_of,
     first_materials = first,
     first_fields = materials.fields(first),
     limits = proposals.limits(config.population, config.supervision.ranges, config.supervision,
@@ -136,7 +150,8 @@ function World:rows(generation, share, before)
     islands = config.islands ~= nil, ages = experiment.survival.ages,
     self_adaptive = experiment.variation.mutation.adapts, archive = self.archive ~= nil,
     novelty = self.archive and self.archive.appraise ~= nil, cases = facts.cases,
-    measures = facts.measures }, config.population, self.is_divided and share or nil)
+    measures = facts.measures }, config.population, self.is_divided and share or nil,
+    generation > 0 and not self.shows_all)
 end
 
 --- The rules by which the genes of a generation are made and read.

@@ -54,6 +54,7 @@ local function drawn(sums, u)
 end
 
 ---@class limax.selection.entry: limax.choice.entry
+---@field by_rank? boolean does it read no more of a population than `ranked`?
 ---@field make fun(options: table): limax.selection.scheme
 
 --- Options of each scheme, by its name.
@@ -62,6 +63,7 @@ selection.entries = {}
 
 --- truncation: each of the best share of the robots, at least one, with equal chances.
 selection.entries.truncation = {
+  by_rank = true,
   options = { share = schema.number { value = 0.5, unit = "of the scored robots", above = 0,
     maximum = 1, note = "half keeps pressure and variety" } },
   make = function(options)
@@ -74,6 +76,7 @@ selection.entries.truncation = {
 --- tournament: the best of `size` draws with replacement. Of n robots, rank r wins with the chance
 --- ((n - r + 1)^size - (n - r)^size) / n^size.
 selection.entries.tournament = {
+  by_rank = true,
   options = { size = schema.number { value = 3, unit = "robots", minimum = 1, maximum = 1e6,
     integer = true, note = "the best robot is some three times as likely as the median" } },
   make = function(options)
@@ -103,6 +106,7 @@ end
 --- rank: chances fall linearly with the rank r of n, whatever the scores are:
 --- (pressure - 2 (pressure - 1) (r - 1) / (n - 1)) / n.
 selection.entries.rank = {
+  by_rank = true,
   options = { pressure = schema.number { value = 1.8, unit = "mean chances, of the best robot",
     minimum = 1, maximum = 2, note = "near the steepest line; the worst still has a chance" } },
   make = function(options)

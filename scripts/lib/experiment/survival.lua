@@ -42,12 +42,14 @@ end
 ---@field share? number of the population that goes on
 ---@field newcomers? integer random robots in each generation
 ---@field ages? boolean are ages recorded?
+---@field by_rank? boolean does it read no more of a population than `ranked`?
 
 ---@class limax.survival.entry: limax.choice.entry
 ---@field make fun(options: table): limax.survival.scheme|string
 ---@field selection? string|table
 ---@field needs? string[]
 ---@field ages? boolean
+---@field by_rank? boolean
 
 --- Options of each scheme, by its name.
 ---@type table<string, limax.survival.entry>
@@ -56,6 +58,7 @@ survival.entries = {}
 --- elitist: the best `elite_fraction` of the robots, at least one and at most all but one, go on;
 --- all scored robots may be parents. A supervisor may change `elite_fraction`.
 survival.entries.elitist = {
+  by_rank = true,
   options = {},
   make = function()
     return function(robots, _, _, parameters)
@@ -66,6 +69,7 @@ survival.entries.elitist = {
 
 --- generational: no robot goes on; all scored robots may be parents.
 survival.entries.generational = {
+  by_rank = true,
   options = {},
   make = function()
     return function(robots) return {}, robots.ranked end
@@ -78,6 +82,7 @@ local share = schema.number { value = 0.5, unit = "of the population", above = 0
 --- plus: (mu + lambda). The best `share` of the population are the survivors, mu, and the only
 --- parents of the others, lambda.
 survival.entries.plus = {
+  by_rank = true,
   options = { share = share },
   make = function(options)
     return function(robots) return best(robots, robots.ranked, options.share, 1) end
@@ -183,7 +188,8 @@ function survival.get(spec)
   if type(call) == "string" then engine.fail(("survival %q: %s"):format(name, call)) end
   return { name = name, call = call, selection = entry.selection, needs = entry.needs,
     objectives = options.objectives, reference = options.reference,
-    newcomers = options.newcomers, ages = entry.ages, share = options.share }
+    newcomers = options.newcomers, ages = entry.ages, share = options.share,
+    by_rank = entry.by_rank }
 end
 
 return strict.close("limax.survival", survival)

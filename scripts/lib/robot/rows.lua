@@ -99,9 +99,10 @@ end
 
 --- Makes robots without values.
 ---@param share? limax.share the robots that this rank has; all if left out
-function rows.new(facts, count, share)
+---@param only_own? boolean self[i] of a robot of another rank is false until it is lent
+function rows.new(facts, count, share, only_own)
   local self = setmetatable({ count = count, stamp = 0, share = share }, Rows)
-  for i = 1, count do self[i] = row.of(self, i) end
+  for i = 1, count do self[i] = not (only_own and not share:at(i)) and row.of(self, i) end
   lay_out(self, facts)
   return self
 end
@@ -129,6 +130,23 @@ function rows.scored(self)
   return numbers, scores
 end
 
+--- A field of all robots; nil of those that have none.
+---@param k? integer value of a list, from 1
+---@return any[]
+function rows.column(self, name, k)
+  local list = {}
+  for i = 1, self.count do
+    local value
+    if k then
+      value = row.struct(self, i, name)[name][k - 1]
+    else
+      value = row.value(self, i, name)
+    end
+    if value == value then list[i] = value end
+  end
+  return list
+end
+
 --- Was robot i not simulated yet, nor failed before?
 function rows.is_waiting(self, i)
   local array, at = row.held(self, i)
@@ -154,12 +172,16 @@ end
 
 --- Keeps whole robots of a list, row k of an array of the same layout being robot list[k].
 function rows.lend(self, list, array)
-  for k, i in ipairs(list) do self.lent[i], self.lent_at[i] = array, k - 1 end
+  for k, i in ipairs(list) do
+    self[i] = self[i] or row.of(self, i)
+    self.lent[i], self.lent_at[i] = array, k - 1
+  end
   self.stamp = self.stamp + 1
 end
 
 --- Takes an array of all robots, of the same layout, in place of those of the share.
 function rows.complete(self, array)
+  for i = 1, self.count do self[i] = self[i] or row.of(self, i) end
   self.data, self.share, self.brief, self.lent, self.lent_at = array.data, nil, nil, nil, nil
   self.stamp = self.stamp + 1
 end
@@ -204,10 +226,15 @@ end
 function rows.copy(self, places, from, sources)
   for k, i in ipairs(places) do
     local to, at = row.held(self, i)
-    local is_brief = to == self.brief
-    local array, place = (is_brief and row.held or row.whole)(from, sources[k])
-    structured.copy(to, at, array, place, 1)
-    if is_brief then to.data[at].hash = rows.hash(from, sources[k]) end
+    if to ~= self.brief then
+      local array, place = row.whole(from, sources[k])
+      structured.copy(to, at, array, place, 1)
+    elseif from.brief then -- which has all of them since they were scored
+      structured.copy(to, at, from.brief, sources[k] - 1, 1)
+    else
+      structured.copy(to, at, from, sources[k] - 1, 1)
+      to.data[at].hash = rows.hash(from, sources[k])
+    end
   end
   self.materials = self.materials or from.materials
   self.stamp = self.stamp + 1

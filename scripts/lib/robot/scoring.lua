@@ -131,6 +131,7 @@ end
 
 ---@class scoring.failure
 ---@field index integer of the robot
+---@field id integer
 ---@field message string
 ---@field excusable boolean|nil does it come from the robot, not from the script?
 ---@field trace string|nil
@@ -156,7 +157,8 @@ function scoring.score(request)
       end
       if message then
         row.status, row.reason, row.fitness = "failed", reason, nil
-        local failed = { index = i, message = message, excusable = excusable, trace = trace }
+        local failed = { index = i, id = row.id, message = message, excusable = excusable,
+          trace = trace }
         failures[#failures + 1] = failed
         if is_fatal(failed, #failures, request.generation, #request.rows) then break end
       end
@@ -171,7 +173,7 @@ end
 --- the text that names no robot and no generation
 function scoring.judge(failures, rows, generation, say)
   for n, failed in ipairs(failures) do
-    local id, message = rows[failed.index].id, failed.message
+    local id, message = failed.id, failed.message
     local fatal = is_fatal(failed, n, generation, #rows)
     if fatal and generation == 0 and not failed.excusable then
       failure.raise(1, ("robot %s of the first generation: %s"):format(id, failed.trace or message))
@@ -180,7 +182,7 @@ function scoring.judge(failures, rows, generation, say)
     if fatal then
       failure.raise(1, ("more than a tenth of generation %d (%d of %d robots so far) failed in"
         .. " the fitness, the first was robot %s, the last robot %s: %s"):format(generation, n,
-        #rows, rows[failures[1].index].id, id, message))
+        #rows, failures[1].id, id, message))
     end
   end
 end

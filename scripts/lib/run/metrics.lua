@@ -27,49 +27,49 @@ local counter_of = { invalid = "invalid", diverged = "diverged", failed = "fitne
 
 -- Numbers of robots that failed, by status.
 local function count_failed(all)
-  local failed = { invalid = 0, diverged = 0, fitness = 0 }
-  for _, row in ipairs(all) do
-    local name = counter_of[row.status]
+  local failed, status = { invalid = 0, diverged = 0, fitness = 0 }, rows.column(all, "status")
+  for i = 1, all.count do
+    local name = counter_of[status[i]]
     if name then failed[name] = failed[name] + 1 end
   end
   return failed
 end
 
--- Spread of a value that robots or their measures have: the champion's, and mean, least and most
--- over the scored robots that have it; nil if none has it.
-local function spread(all, champion, name, of)
+-- Spread of a value that robots have: the champion's, and mean, least and most over the scored
+-- robots that have it; nil if none has it.
+---@param fitness number[] of all robots
+---@param values number[] of all robots
+local function spread(all, champion, fitness, values)
   local sum, count, least, most = 0, 0, math.huge, -math.huge
-  for _, row in ipairs(all) do
-    local value = row.fitness and (of(row) or {})[name]
+  for i = 1, all.count do
+    local value = fitness[i] and values[i]
     if value then
       sum, count = sum + value, count + 1
       least, most = math.min(least, value), math.max(most, value)
     end
   end
-  return count > 0 and { champion = (of(champion) or {})[name], mean = sum / count, least = least,
+  return count > 0 and { champion = values[champion], mean = sum / count, least = least,
     most = most } or nil
 end
 
-local function itself(row) return row end
-local function its_measures(row) return row.measures end
-
 -- The spread of a field that robots of some experiments have.
-local function spread_of(all, champion, name)
-  return all.layout.places[name] and spread(all, champion, name, itself)
+local function spread_of(all, champion, fitness, name)
+  return all.layout.places[name]
+    and spread(all, champion, fitness, rows.column(all, name)) or nil
 end
 
 -- The numbers that the fitness returned besides the score; nil if it returned none.
-local function measures_of(all, champion)
+local function measures_of(all, champion, fitness)
   local measures = {}
-  for _, name in ipairs(all.facts.measures or {}) do
-    measures[name] = spread(all, champion, name, its_measures)
+  for k, name in ipairs(all.facts.measures or {}) do
+    measures[name] = spread(all, champion, fitness, rows.column(all, "measures", k))
   end
   return next(measures) and measures or nil
 end
 
 -- Best and mean fitness of each island; nil without islands.
 local function islands_of(all)
-  if not all[1].island then return nil end
+  if not all.layout.places.island then return nil end
   local list = {}
   for _, row in ipairs(all) do
     local each = list[row.island] or { scored = 0 }
@@ -87,16 +87,16 @@ end
 --- diversity, failures, champion, and what the fitness returned besides its score.
 function metrics.measure(population)
   local all, ranked = population.rows, population.ranked
+  local best, fitness = ranked[1], rows.column(all, "fitness")
   local ascending, sum, quantiles = {}, 0, {}
-  for k = #ranked, 1, -1 do ascending[#ascending + 1] = all[ranked[k]].fitness end
+  for k = #ranked, 1, -1 do ascending[#ascending + 1] = fitness[ranked[k]] end
   -- in the order of the population
-  for _, row in ipairs(all) do sum = sum + (row.fitness or 0) end
+  for i = 1, all.count do sum = sum + (fitness[i] or 0) end
   for _, q in ipairs { 10, 25, 50, 75, 90 } do
     quantiles["q" .. q] = sample.quantile(ascending, q / 100)
   end
-  local champion = all[ranked[1]]
   return {
-    best = champion.fitness,
+    best = fitness[best],
     mean = sum / #ranked,
     median = quantiles.q50,
     worst = ascending[1],
@@ -105,12 +105,12 @@ function metrics.measure(population)
     failed = count_failed(all),
     coarse = population.coarse,
     diversity = without_nan(population.diversity),
-    measures = measures_of(all, champion),
+    measures = measures_of(all, best, fitness),
     islands = islands_of(all),
-    novelty = spread_of(all, champion, "novelty"),
-    age = spread_of(all, champion, "age"),
-    step_size = spread_of(all, champion, "step_size"),
-    champion = { id = champion.id, index = ranked[1], hash = champion.body.hash },
+    novelty = spread_of(all, best, fitness, "novelty"),
+    age = spread_of(all, best, fitness, "age"),
+    step_size = spread_of(all, best, fitness, "step_size"),
+    champion = { id = all[best].id, index = best, hash = all[best].body.hash },
   }
 end
 

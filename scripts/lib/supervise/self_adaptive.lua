@@ -16,6 +16,7 @@ return {
       reason = "the default share of elites: those whose scales survive" },
   },
   changes = function() return { "mutation_scale" } end,
+  reads_robots = true, -- the generation of one
   make = function(options)
     return function(history, random)
       local now = history[#history]
