@@ -1,6 +1,7 @@
 // diversity.cpp: how much the robots of a set differ in bodies and in genes. All of it follows from
 // sums of integers, which have the same bits in any order: a set may be summed in parts.
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numeric>
 #include <vector>
@@ -20,6 +21,21 @@ double gene_scale(float largest) {
     int exponent = 0;
     std::frexp(largest, &exponent);
     return std::ldexp(1.0, 30 - exponent);
+}
+
+// How many of these hashes differ, by a table with open addressing: they are random already.
+int32_t distinct(const uint64_t* hashes, int32_t count) {
+    std::vector<uint64_t> table(std::bit_ceil(2 * std::size_t(count)));
+    bool has_zero = false;  // an empty place
+    int32_t found = 0;
+    for (int32_t k = 0; k < count; ++k) {
+        has_zero = has_zero || hashes[k] == 0;
+        std::size_t at = hashes[k] % table.size();
+        while (table[at] != 0 && table[at] != hashes[k]) at = (at + 1) % table.size();
+        if (table[at] != hashes[k]) ++found;
+        table[at] = hashes[k];
+    }
+    return found + (has_zero ? 1 : 0);
 }
 
 }  // namespace
@@ -135,9 +151,7 @@ limax_diversity population::diversity_of(const int64_t* sums, float largest, con
     }
     if (count > 1) out.hamming = differing / (double(count) * (count - 1.0) * double(voxels));
     for (double& share : out.material_shares) share /= double(count) * double(voxels);
-    std::vector<uint64_t> sorted(hashes, hashes + count);
-    std::sort(sorted.begin(), sorted.end());
-    out.distinct = static_cast<int32_t>(std::unique(sorted.begin(), sorted.end()) - sorted.begin());
+    out.distinct = distinct(hashes, count);
 
     // N^2 times the variance of each gene: N sum of squares - square of the sum, exactly.
     const int64_t* const of_genes = sums + voxels * LIMAX_MAX_MATERIALS;

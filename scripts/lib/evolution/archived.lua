@@ -86,6 +86,7 @@ function archived.enter(before, robots)
     list[k] = row.index
     robots.rows[row.index].entered, robots.rows[row.index].cell = k, row.cell
   end
+  if robots.rows.brief then rows.outline(robots.rows) end -- novelty
   division.lend(robots, list)
   local genomes, genes = division.genomes(robots, list), robots.own.genes
   for k, row in ipairs(entered) do

@@ -338,7 +338,7 @@ local ways = { sent = { bytes = -1 }, received = { bytes = -1 } }
 
 local function memory_of(way, bytes)
   if way.bytes < bytes then
-    way.memory, way.bytes = nil, math.ceil(1.1 * bytes)
+    way.memory, way.bytes = nil, math.ceil(1.2 * bytes)
     way.memory = ffi.gc(ffi.C.malloc(math.max(1, way.bytes)), ffi.C.free)
     if way.memory == nil then error("not enough memory", 0) end
   end
@@ -449,8 +449,7 @@ function division.diversity(robots, set, for_first)
   exchange.sum(sums, size)
   if for_first and not exchange.is_first then return nil end
   -- an island has a part of the rows
-  local all, hashes = (rawget(robots, "whole") or robots).rows, ffi.new("uint64_t[?]", #set)
-  for k, i in ipairs(set) do hashes[k - 1] = rows.hash(all, i) end
+  local hashes = rows.hashes((rawget(robots, "whole") or robots).rows, set)
   return bodies.diversity_of(own, sums, largest, hashes, #set)
 end
 

@@ -186,16 +186,16 @@ end
 -- The field that has what is made of it.
 local OF = { body = "body", outcome = "outcome", trials = "outcome" }
 
---- A field of robot i.
-function row.value(all, i, name)
-  local kind = KIND[name]
+--- A field of the struct of a robot.
+function row.read(each, name, all) return readers[KIND[name]](each, name, all) end
+
+function Row:__index(name)
+  local all, i, kind = rawget(self, 1), rawget(self, 2), KIND[name]
   if not kind then
     return made[name] and made[name](all, row.struct(all, i, OF[name]))
   end
   if all.layout.places[name] then return readers[kind](row.struct(all, i, name), name, all) end
 end
-
-function Row:__index(name) return row.value(rawget(self, 1), rawget(self, 2), name) end
 
 function Row:__newindex(name, value)
   local all, kind = rawget(self, 1), KIND[name]
