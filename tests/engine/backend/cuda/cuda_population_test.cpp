@@ -219,6 +219,13 @@ TEST_CASE("generations on the GPU equal those on the CPU bit for bit") {
         for (const auto& [robots, device] : on_both(*now))
             require_done(limax_population_initialize(robots, 7, device, 1, (count + 1) / 2 - 1));
         now->check_genomes();
+        // and some from memory
+        const int32_t some = (count + 1) / 2;
+        std::vector<float> genomes(std::size_t(now->genes) * std::size_t(some));
+        require_done(limax_population_read_genomes(now->cpu.get(), 0, some, genomes.data()));
+        for (limax_population* robots : {now->cpu.get(), now->gpu.get()})
+            require_done(limax_population_write_genomes(robots, count - some, some, genomes.data()));
+        now->check_genomes();
         // and back to the CPU
         for (limax_population* robots : {now->cpu.get(), now->gpu.get()})
             make_bodies(example, robots, materials.get(), 1, cpu.get(), 0, count);
