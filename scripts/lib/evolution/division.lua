@@ -332,17 +332,44 @@ local function copy_genomes(robots, from, places, into, first)
     #places)
 end
 
--- Memory for genomes on their way, kept from generation to generation: new pages cost more time
--- than the copy into them.
+-- Memory for genomes on their way. Beside a GPU it is kept from generation to generation: new pages
+-- cost more time than the copy into them. On a CPU a generation takes longer, and needs the memory.
 local ways = { sent = { bytes = -1 }, received = { bytes = -1 } }
 
-local function memory_of(way, bytes)
+local function release(way)
+  if way.memory then ffi.C.free(ffi.gc(way.memory, nil)) end
+  way.memory, way.bytes = nil, -1
+end
+
+local function memory_of(way, bytes, device)
   if way.bytes < bytes then
-    way.memory, way.bytes = nil, math.ceil(1.2 * bytes)
+    release(way)
+    way.bytes = math.ceil((device.kind == "cpu" and 1 or 1.2) * bytes)
     way.memory = ffi.gc(ffi.C.malloc(math.max(1, way.bytes)), ffi.C.free)
     if way.memory == nil then error("not enough memory", 0) end
   end
   return ffi.cast("float *", way.memory)
+end
+
+local function done_with(way, device)
+  if device.kind == "cpu" then release(way) end
+end
+
+-- Copies genomes of a rank into memory, one after the other.
+local function gather_genomes(robots, places, to)
+  if #places == 0 then return end
+  local own, genes = robots.own, robots.own.genes
+  if robots.world.device.kind == "cpu" then
+    local from = own:genome_view():pointer()
+    for k, place in ipairs(places) do
+      ffi.copy(to + (k - 1) * genes, from + (place - 1) * genes, genes * ffi.sizeof "float")
+    end
+  else
+    local gathered = robots.world:empty(#places)
+    copy_genomes(robots, own, places, gathered, 1)
+    engine_population.copy_genomes(gathered, to)
+    gathered:free()
+  end
 end
 
 -- Sends genomes and whole rows to the ranks that named them, and receives those of a list.
@@ -351,16 +378,12 @@ end
 local function trade(robots, messages, list, to)
   local places, sent = asked_for(robots.share, messages)
   local received, all = messages[exchange.index + 1].counts, robots.rows
-  local size = robots.own.genes * ffi.sizeof "float"
-  local from = memory_of(ways.sent, #places * size)
-  if places[1] then
-    local gathered = robots.world:empty(#places)
-    copy_genomes(robots, robots.own, places, gathered, 1)
-    engine_population.copy_genomes(gathered, from)
-    gathered:free()
-  end
+  local size, device = robots.own.genes * ffi.sizeof "float", robots.world.device
+  local from = memory_of(ways.sent, #places * size, device)
+  gather_genomes(robots, places, from)
   exchange.all(true) -- an error of a rank ends all here, and not within what follows
   exchange.trade(from, sent, to, received, size)
+  done_with(ways.sent, device)
   if not all.share then return end
   local leaving = structured.new(all.layout, math.max(1, #places))
   local arriving = structured.new(all.layout, math.max(1, #list))
@@ -402,8 +425,8 @@ function division.parents(robots, sources, chosen, more)
   compare(robots.generation + 1, messages)
   local is_traded, count, places = false, #foreign + #more, {}
   for _, message in ipairs(messages) do is_traded = is_traded or message.wanted ~= "" end
-  local each = robots.own.genes
-  local arrived = memory_of(ways.received, count * each * ffi.sizeof "float")
+  local each, device = robots.own.genes, robots.world.device
+  local arrived = memory_of(ways.received, count * each * ffi.sizeof "float", device)
   if is_traded then trade(robots, messages, foreign, arrived) end
   for k, genome in ipairs(more) do
     ffi.copy(arrived + (#foreign + k - 1) * each, genome, each * ffi.sizeof "float")
@@ -420,6 +443,7 @@ function division.parents(robots, sources, chosen, more)
   local all = robots.world:empty(count + #places)
   copy_genomes(robots, robots.own, places, all, count + 1)
   engine_population.put_genomes(all, arrived, 0, count)
+  done_with(ways.received, device)
   return all, at, #foreign
 end
 
