@@ -67,11 +67,13 @@ end
 --- ranks an interrupt leaves out `last`, in which all would have to take part.
 function exchange.finally(last, call)
   if exchange.count == 1 then return failure.finally(last, call) end
+  exchange.all(true) -- an error from before ends all here, without `last`
   local ok, value, trace = failure.attempt(function()
     call()
     exchange.all(true)
   end)
   if not (ok or ended) then tell(value, trace) end
+  ended = false -- a second error is sent as well
   last()
   if not ok then failure.raise_again(value, trace) end
 end

@@ -204,7 +204,8 @@ end
 
 --- Keeps rows, bodies and genomes of some robots on all ranks, beside the own ones. Collective.
 ---@param list integer[] the same on all ranks
-function division.fetch(robots, list)
+---@param name? "fetched"|"best" replaces those that were kept by this name; "fetched" if left out
+function division.fetch(robots, list, name)
   if not robots.world.is_divided or #list == 0 then return end
   division.lend(robots, list)
   local fetched = { engine = robots.world:empty(#list), at = {} }
@@ -213,7 +214,7 @@ function division.fetch(robots, list)
   rules.number = function(k) return list[k] end
   genes.express(rules, fetched.engine)
   for k, i in ipairs(list) do fetched.at[i] = k end
-  robots.fetched = fetched
+  robots[name or "fetched"] = fetched
 end
 
 -- The engine's population that has all these robots, and the places there; nil if none has.
@@ -232,14 +233,16 @@ end
 ---@return limax.population|nil
 ---@return table<integer, integer>|nil at [number in the generation]
 function division.reach(robots, list)
-  local own, share, fetched = rawget(robots, "own"), robots.share, rawget(robots, "fetched")
+  local own, share = rawget(robots, "own"), robots.share
   -- all ranks must take part, or none
   if own and not (in_common and exchange.count > 1) then
     local from, at = found(list, own, function(i) return share:at(i) end)
     if from then return from, at end
   end
-  if fetched then
-    local from, at = found(list, fetched.engine, function(i) return fetched.at[i] end)
+  for _, name in ipairs { "best", "fetched" } do
+    local kept = rawget(robots, name)
+    local from, at = nil, nil
+    if kept then from, at = found(list, kept.engine, function(i) return kept.at[i] end) end
     if from then return from, at end
   end
   if own and in_common then

@@ -129,8 +129,10 @@ function evolve.next(run, robots)
   if run.session or reads then record.write(run, robots) end
   local upcoming
   -- written while a GPU steps the next one, and also after an error of breeding
-  exchange.finally(function() record.write(run, robots) end,
-    function() upcoming = breed(run, robots) end)
+  exchange.finally(function()
+    division.set_common(false) -- also after an error of a survival
+    record.write(run, robots)
+  end, function() upcoming = breed(run, robots) end)
   division.forget(robots)
   if not is_restored then run:check_variables() end
   if not upcoming and robots.remembered then

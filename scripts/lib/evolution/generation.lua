@@ -49,15 +49,15 @@ local class = { methods = Population }
 -- simulations while they are advanced, `traces` those of each robot after that, `waits` is true
 -- while there is no memory for them, and `choice` is the argument of `breed`. `share` says which
 -- robots this rank has, `own` is the engine's population of these, `unscored` is true until other
--- ranks have their rows, and `fetched` are some robots of others (division.lua). `whole` is the
--- generation of an island.
+-- ranks have their rows, and `best` and `fetched` are some robots of others (division.lua). `whole`
+-- is the generation of an island.
 local FIELDS, OF_LOOP = {}, {}
 for name in ([[ranked generation repetition parameters engine materials rows trials archive
     evaluations timing island state]]):gmatch "%S+" do
   FIELDS[name] = true
 end
 for name in ([[world before decided going simulations traces unscored scored_with scored_by outdated
-    state_text remembered choice entry line places parents stored waits own share fetched
+    state_text remembered choice entry line places parents stored waits own share best fetched
     diversity coarse whole]]):gmatch "%S+" do
   OF_LOOP[name] = true
 end

@@ -229,6 +229,13 @@ local function rows_of(robots, share, chosen, keep)
     rows.bear(all, i, generation, generation * all.count + i, row_of(robots, pair[1]).id,
       row_of(robots, pair[2]).id)
   end
+  if robots.world.is_divided and robots.world.shows_all then
+    for i = #chosen.elites + 1, all.count do
+      if not share:at(i) then
+        all[i].id, all[i].generation = generation * all.count + i, generation
+      end
+    end
+  end
   for i = 1, chosen.homes and all.count or 0 do all[i].island = chosen.homes[i] end
   return all
 end

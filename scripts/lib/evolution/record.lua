@@ -108,7 +108,7 @@ local function gather(robots)
   robots.coarse = 0
   for _, count in ipairs(exchange.all(own)) do robots.coarse = robots.coarse + count end
   for k = 1, math.min(step_check.ROBOTS, #ranked) do best[k] = ranked[k] end
-  division.fetch(robots, best)
+  division.fetch(robots, best, "best")
   generations.show(robots, best)
 end
 

@@ -76,11 +76,13 @@ local function least_bound(self, common)
 end
 
 -- May a function of this rank look at robots of others? Most schemes of the library need only their
--- ranking.
+-- ranking; a mutation or a crossover of a script has `robots.rows`.
 local function shows_all(experiment)
   local config, named = experiment.config, experiment.config.selection
   local selects = selection.entries[type(named) == "table" and named.name or named] or {}
+  local variation = experiment.variation
   local by_rank = experiment.survival.by_rank and selects.by_rank
+    and not (variation.mutation.own or variation.crossover.own)
   return not by_rank or config.islands ~= nil or experiment.archive ~= nil
     or exchange.is_first and experiment.supervisor.reads_robots or false
 end

@@ -164,6 +164,13 @@ local KINDS = {
       for _, robot in ipairs(robots) do voxels = voxels + robot.body.voxels end
       return { mutation_scale = 0.1 + 1e-4 * voxels + 1e-6 * robots[24].parents[1] }, "read"
     end]] },
+  { "a survival that reads genomes", [[fitness = "distance", survival = function(robots)
+      local best, most = nil, -math.huge
+      for _, i in ipairs(robots.ranked) do
+        if robots[i].genome[1] > most then best, most = i, robots[i].genome[1] end
+      end
+      return { best }
+    end]] },
   { "newcomers on islands", [[fitness = "distance", survival = { "age_fitness", newcomers = 2 },
     islands = { count = 3, every = 2, migrants = 1, topology = "ring" },
     selection = function(robots, random)
@@ -178,7 +185,8 @@ local KINDS = {
     mutation = function(robots)
       for _, i in ipairs(robots) do
         local genes, random, first = robots:genes(i), robots:random(i), robots:parents(i)
-        for k = 1, #genes do genes[k] = 0.9 * first[k] + i % 3 * random:normal() end
+        genes[1] = robots.rows[1].fitness or robots.rows[24].id -- of one rank
+        for k = 2, #genes do genes[k] = 0.9 * first[k] + i % 3 * random:normal() end
         robots.rows[i].origin = "bred"
       end
     end,

@@ -224,7 +224,8 @@ TEST_CASE("generations on the GPU equal those on the CPU bit for bit") {
         std::vector<float> genomes(std::size_t(now->genes) * std::size_t(some));
         require_done(limax_population_read_genomes(now->cpu.get(), 0, some, genomes.data()));
         for (limax_population* robots : {now->cpu.get(), now->gpu.get()})
-            require_done(limax_population_write_genomes(robots, count - some, some, genomes.data()));
+            require_done(
+                limax_population_write_genomes(robots, count - some, some, genomes.data()));
         now->check_genomes();
         // and back to the CPU
         for (limax_population* robots : {now->cpu.get(), now->gpu.get()})
