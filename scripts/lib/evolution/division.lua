@@ -361,11 +361,11 @@ end
 -- Copies genomes of a rank into memory, one after the other.
 local function gather_genomes(robots, places, to)
   if #places == 0 then return end
-  local own, genes = robots.own, robots.own.genes
+  local own, each = robots.own, robots.own.genes
   if robots.world.device.kind == "cpu" then
     local from = own:genome_view():pointer()
     for k, place in ipairs(places) do
-      ffi.copy(to + (k - 1) * genes, from + (place - 1) * genes, genes * ffi.sizeof "float")
+      ffi.copy(to + (k - 1) * each, from + (place - 1) * each, each * ffi.sizeof "float")
     end
   else
     local gathered = robots.world:empty(#places)
