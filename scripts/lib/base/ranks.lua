@@ -13,8 +13,9 @@ local ranks = { index = 0, count = 1 }
 local LIBRARY = "liblimax_mpi.so"
 -- s between polls for ranks that still work: short at first, then so long that others get the core
 local SHORTEST_WAIT, LONGEST_WAIT = 1e-5, 1e-3
--- s of polling at a time once all ranks take part
-local POLLING = 1e-3
+-- s of polling at a time where all ranks transfer more bytes than this. Otherwise a pause is better:
+-- the core may be needed by the rank that is waited for.
+local POLLING, LARGE = 1e-3, 2 ^ 20
 
 -- Processes that the launcher started.
 local function started()
@@ -36,8 +37,9 @@ local function wait()
 end
 
 -- Waits for a transfer in which all ranks take part: MPI moves data only while it is polled.
-local function transfer()
-  while ffi.C.limax_ranks_done(POLLING) == 0 do host.wait(SHORTEST_WAIT) end
+local function transfer(bytes)
+  local polling = bytes > LARGE and POLLING or 0
+  while ffi.C.limax_ranks_done(polling) == 0 do host.wait(SHORTEST_WAIT) end
 end
 
 --- Exchanges texts: every rank calls it with its own, and gets those of all. A rank that is lost
@@ -58,7 +60,7 @@ function ranks.gather(text)
   local all = ffi.new("char[?]", math.max(total, 1))
   in_flight[4] = all
   ffi.C.limax_ranks_gather(text, sizes, all)
-  transfer()
+  transfer(total)
   local place = 0
   for r = 0, ranks.count - 1 do
     list[r + 1] = r == ranks.index and text or ffi.string(all + place, tonumber(sizes[r]))
@@ -69,17 +71,23 @@ function ranks.gather(text)
 end
 
 -- Waits for what was begun with this memory, in which all ranks take part at the same time.
-local function complete(...)
+local function complete(bytes, ...)
   in_flight = { ... }
-  transfer()
+  transfer(bytes)
   in_flight = nil
+end
+
+local function sum_of(numbers)
+  local sum = 0
+  for _, number in ipairs(numbers) do sum = sum + number end
+  return sum
 end
 
 --- Adds up the values of all ranks in place: int64_t[count].
 function ranks.sum(values, count)
   if ranks.count == 1 then return end
   ffi.C.limax_ranks_sum(values, count)
-  complete(values)
+  complete(8 * count, values)
 end
 
 --- Completes items in place, of which each rank has a part, in the order of the ranks.
@@ -89,7 +97,7 @@ end
 function ranks.share(items, numbers, bytes, owner)
   local list = ffi.new("int[?]", ranks.count, numbers)
   ffi.C.limax_ranks_share(items, list, bytes)
-  complete(items, list, owner)
+  complete(sum_of(numbers) * bytes, items, list, owner)
 end
 
 --- Sends items to each rank and receives some from each. Both lists of counts are by rank, from 1,
@@ -100,7 +108,7 @@ function ranks.trade(out, sent, into, received, bytes, owner)
   local function counts(list) return ffi.new("int[?]", ranks.count, list) end
   local a, b = counts(sent), counts(received)
   ffi.C.limax_ranks_trade(out, a, into, b, bytes)
-  complete(out, a, into, b, owner)
+  complete((sum_of(sent) + sum_of(received)) * bytes, out, a, into, b, owner)
 end
 
 --- Does this rank report that the run ended early? Rank 0 does, or rank 1 where rank 0 is lost.
