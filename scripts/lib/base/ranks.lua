@@ -13,8 +13,8 @@ local ranks = { index = 0, count = 1 }
 local LIBRARY = "liblimax_mpi.so"
 -- s between polls for ranks that still work: short at first, then so long that others get the core
 local SHORTEST_WAIT, LONGEST_WAIT = 1e-5, 1e-3
--- s of polling at a time where all ranks transfer more bytes than this. Otherwise a pause is better:
--- the core may be needed by the rank that is waited for.
+-- s of polling at a time where all ranks transfer more bytes than this. Otherwise pauses are
+-- better: the core may be needed by the rank that is waited for.
 local POLLING, LARGE = 1e-3, 2 ^ 20
 
 -- Processes that the launcher started.
