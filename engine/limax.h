@@ -300,7 +300,7 @@ limax_status limax_population_diversity(const limax_population* population, cons
                                         int32_t count, limax_diversity* out);
 /* The same of a set whose robots are in several populations: the largest of the sets' largest
  * absolute genes, each 0 without genes or robots and not finite where a gene is not, then the sum
- * of their sums, [limax_population_sums_size], and the hashes of all `count` bodies. A set has less
+ * of their sums, [limax_population_sums_size], and the number of different bodies. A set has less
  * than 2^31 robots. */
 limax_status limax_population_largest_gene(const limax_population* population,
                                            const int32_t* robots, int32_t count, float* out);
@@ -308,8 +308,10 @@ int64_t limax_population_sums_size(const limax_population* population);
 limax_status limax_population_sums(const limax_population* population, const int32_t* robots,
                                    int32_t count, float largest_gene, int64_t* sums);
 limax_status limax_population_diversity_of(const limax_population* population, const int64_t* sums,
-                                           float largest_gene, const uint64_t* hashes,
-                                           int32_t count, limax_diversity* out);
+                                           float largest_gene, int32_t distinct, int32_t count,
+                                           limax_diversity* out);
+/* How many of `count` hashes of bodies differ. */
+limax_status limax_distinct(const uint64_t* hashes, int32_t count, int32_t* out);
 
 /* Non-dominated ranks, 0 for the front, and crowding distances (K. Deb et al., "A fast and elitist
  * multiobjective genetic algorithm: NSGA-II", IEEE Trans. Evol. Comp. 6, 2002) of `count` points,

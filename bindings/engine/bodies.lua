@@ -298,13 +298,21 @@ function class.sums(self, robots, largest)
   return sums, size
 end
 
+--- How many of these hashes of bodies differ, uint64_t[count].
+---@return integer
+function class.distinct(hashes, count)
+  local out = ffi.new "int32_t[1]"
+  abi.check(C.limax_distinct(hashes, count, out), "distinct")
+  return out[0]
+end
+
 --- The diversity of `count` robots of several populations of this kind.
 ---@param sums ffi.cdata* int64_t[size], added up
----@param hashes ffi.cdata* uint64_t[count]
+---@param distinct integer different bodies
 ---@return limax.diversity
-function class.diversity_of(self, sums, largest, hashes, count)
+function class.diversity_of(self, sums, largest, distinct, count)
   local out = ffi.new "limax_diversity"
-  abi.check(C.limax_population_diversity_of(self.handle, sums, largest, hashes, count, out),
+  abi.check(C.limax_population_diversity_of(self.handle, sums, largest, distinct, count, out),
     "diversity_of")
   return shown(self, out)
 end

@@ -228,11 +228,17 @@ limax_status limax_population_sums(const limax_population* population, const int
     });
 }
 limax_status limax_population_diversity_of(const limax_population* population, const int64_t* sums,
-                                           float largest_gene, const uint64_t* hashes,
-                                           int32_t count, limax_diversity* out) {
+                                           float largest_gene, int32_t distinct, int32_t count,
+                                           limax_diversity* out) {
     return change(population, "population", [&] {
-        require("sums, hashes, out", sums, hashes, out);
-        *out = population->it.diversity_of(sums, largest_gene, hashes, count);
+        require("sums, out", sums, out);
+        *out = population->it.diversity_of(sums, largest_gene, distinct, count);
+    });
+}
+limax_status limax_distinct(const uint64_t* hashes, int32_t count, int32_t* out) {
+    return guard([&] {
+        require("hashes, out", hashes, out);
+        *out = limax::distinct(hashes, count);
     });
 }
 

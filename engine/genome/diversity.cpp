@@ -23,6 +23,8 @@ double gene_scale(float largest) {
     return std::ldexp(1.0, 30 - exponent);
 }
 
+}  // namespace
+
 // How many of these hashes differ, by a table with open addressing: they are random already.
 int32_t distinct(const uint64_t* hashes, int32_t count) {
     std::vector<uint64_t> table(std::bit_ceil(2 * std::size_t(count)));
@@ -37,8 +39,6 @@ int32_t distinct(const uint64_t* hashes, int32_t count) {
     }
     return found + (has_zero ? 1 : 0);
 }
-
-}  // namespace
 
 void population::require_set(const int32_t* robots, int32_t count) const {
     for (int32_t k = 0; k < count; ++k) {
@@ -130,7 +130,7 @@ void population::sum_genes(const int32_t* robots, int32_t count, double scale, i
     }
 }
 
-limax_diversity population::diversity_of(const int64_t* sums, float largest, const uint64_t* hashes,
+limax_diversity population::diversity_of(const int64_t* sums, float largest, int32_t distinct,
                                          int32_t count) const {
     if (count < 1)
         fail(LIMAX_INVALID_ARGUMENT, format("diversity of %d robots: it needs at least 1", count));
@@ -151,7 +151,7 @@ limax_diversity population::diversity_of(const int64_t* sums, float largest, con
     }
     if (count > 1) out.hamming = differing / (double(count) * (count - 1.0) * double(voxels));
     for (double& share : out.material_shares) share /= double(count) * double(voxels);
-    out.distinct = distinct(hashes, count);
+    out.distinct = distinct;
 
     // N^2 times the variance of each gene: N sum of squares - square of the sum, exactly.
     const int64_t* const of_genes = sums + voxels * LIMAX_MAX_MATERIALS;
@@ -177,7 +177,7 @@ limax_diversity population::diversity(const int32_t* robots, int32_t count) cons
     sums(robots, count, largest, all.data());
     std::vector<uint64_t> hashes;
     for (int32_t k = 0; k < count; ++k) hashes.push_back(bodies_[std::size_t(robots[k])].hash);
-    return diversity_of(all.data(), largest, hashes.data(), count);
+    return diversity_of(all.data(), largest, distinct(hashes.data(), count), count);
 }
 
 }  // namespace limax

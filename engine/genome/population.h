@@ -93,7 +93,7 @@ public:
     float largest_gene(const int32_t* robots, int32_t count) const;
     int64_t sums_size() const;
     void sums(const int32_t* robots, int32_t count, float largest, int64_t* out) const;
-    limax_diversity diversity_of(const int64_t* sums, float largest, const uint64_t* hashes,
+    limax_diversity diversity_of(const int64_t* sums, float largest, int32_t distinct,
                                  int32_t count) const;
 
 private:
@@ -129,5 +129,8 @@ private:
     mutable std::shared_ptr<device_population> on_device_;
     mutable presence genomes_at_, bodies_at_;
 };
+
+// As limax_distinct of limax.h.
+int32_t distinct(const uint64_t* hashes, int32_t count);
 
 }  // namespace limax

@@ -460,32 +460,51 @@ end
 
 -- ---- diversity ----------------------------------------------------------------------------------
 
---- The engine's diversity of a set of robots, whose parts ranks add up. Collective.
----@param set integer[] at least one robot
----@param for_first? boolean only rank 0 needs it
----@return limax.diversity|nil nil of another rank then
-function division.diversity(robots, set, for_first)
-  local own, list, largest = robots.own, {}, 0
-  for _, i in ipairs(set) do list[#list + 1] = robots.share:at(i) end
+-- The engine's diversity of a set of robots, whose parts ranks add up: each counts the different
+-- bodies in a part of all hashes. Collective.
+---@param has fun(i: integer): boolean is robot i in the set?
+---@param count integer its size, at least one
+local function diversity(robots, all, has, count)
+  local own, share, list, largest, distinct = robots.own, robots.share, {}, 0, 0
+  for k = 1, share.count do
+    if has(share:number(k)) then list[#list + 1] = k end
+  end
   if exchange.count == 1 then return own:diversity(list) end
-  for _, value in ipairs(exchange.all(bodies.largest_gene(own, list))) do
+  local hashes, number = rows.hashes(all, has, exchange.index, exchange.count)
+  for _, each in ipairs(exchange.all { largest = bodies.largest_gene(own, list),
+    distinct = bodies.distinct(hashes, number) }) do
+    distinct = distinct + each.distinct
     -- not a number stays
-    if largest == largest and not (value <= largest) then largest = value end
+    if largest == largest and not (each.largest <= largest) then largest = each.largest end
   end
   local sums, size = bodies.sums(own, list, largest)
   exchange.sum(sums, size)
-  if for_first and not exchange.is_first then return nil end
-  -- an island has a part of the rows
-  local hashes = rows.hashes((rawget(robots, "whole") or robots).rows, set)
-  return bodies.diversity_of(own, sums, largest, hashes, #set)
+  return bodies.diversity_of(own, sums, largest, distinct, count)
 end
 
---- The same for a script.
+--- The engine's diversity of the best robots of a scored generation. Collective.
+---@param count integer at least one
+---@return limax.diversity
+function division.diversity_of_best(robots, count)
+  local data = rows.scored(robots.rows).data
+  local score, last = robots.sorted[count - 1], robots.ranked[count]
+  return diversity(robots, robots.rows, function(i)
+    local own = data[i - 1].fitness
+    return own > score or own == score and i <= last
+  end, count)
+end
+
+--- That of a set of robots, for a script.
+---@param set integer[] at least one robot
 function division.diversity_of(robots, set)
-  if rawget(robots, "own") and (in_common or exchange.count == 1) then
-    return division.diversity(robots, set)
+  if not (rawget(robots, "own") and (in_common or exchange.count == 1)) then
+    return robots.engine and robots.engine:diversity(set)
   end
-  return robots.engine and robots.engine:diversity(set)
+  local has = {}
+  for _, i in ipairs(set) do has[i] = true end
+  -- an island has a part of the rows
+  return diversity(robots, (rawget(robots, "whole") or robots).rows, function(i) return has[i] end,
+    #set)
 end
 
 -- ---- rows ---------------------------------------------------------------------------------------

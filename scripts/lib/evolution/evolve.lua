@@ -53,7 +53,8 @@ function evolve.first(run)
   local world, began = run.world, host.clock()
   local share = division.share(world.config.population, 0)
   local robots = generations.new(world, { generation = 0, rows = mating.initial(world, share),
-    share = share, own = world:empty_share(share), materials = world.first_materials,
+    share = share, own = world:empty_share(share), waiting = share.total,
+    materials = world.first_materials,
     parameters = world.config.breeding, before = { state = world:first_state() },
     decided = { ledger = { supervisor = (run.session or world.experiment.supervisor).name,
       entries = host.json.array {} } } })

@@ -3,6 +3,8 @@
 --- the generation before. Scripts advance it by `:simulate()`, `:score(fitness)` and `:breed{...}`;
 --- each step first does the steps before it that were left out.
 
+local new_table = require "table.new"
+
 local archived = require "limax.evolution.archived"
 local bound_check = require "limax.robot.bound_check"
 local control_notes = require "limax.settings.control_notes"
@@ -50,7 +52,9 @@ local class = { methods = Population }
 -- while there is no memory for them, and `choice` is the argument of `breed`. `share` says which
 -- robots this rank has, `own` is the engine's population of these, `unscored` is true until other
 -- ranks have their rows, and `best` and `fetched` are some robots of others (division.lua). `whole`
--- is the generation of an island.
+-- is the generation of an island. `waiting` is the number of robots of all ranks without a status,
+-- where they were bred, `sorted` are the scores in the order of `ranked`, and `counts` the robots
+-- by status (record.lua).
 local FIELDS, OF_LOOP = {}, {}
 for name in ([[ranked generation repetition parameters engine materials rows trials archive
     evaluations timing island state]]):gmatch "%S+" do
@@ -58,7 +62,7 @@ for name in ([[ranked generation repetition parameters engine materials rows tri
 end
 for name in ([[world before decided going simulations traces unscored scored_with scored_by outdated
     state_text remembered choice entry line places parents stored waits own share best fetched
-    diversity coarse whole]]):gmatch "%S+" do
+    diversity counts whole waiting sorted]]):gmatch "%S+" do
   OF_LOOP[name] = true
 end
 
@@ -99,7 +103,8 @@ end
 ---@param fields table with `own`, or without genomes
 ---@return limax.population.scored
 function generation.new(world, fields)
-  local robots = setmetatable(fields, class)
+  local robots = setmetatable(new_table(fields.rows.count, 32), class)
+  for key, value in pairs(fields) do rawset(robots, key, value) end
   robots.share = robots.share or division.share(robots.rows.count, 0)
   if robots.own and not world.is_divided then robots.engine = robots.own end
   robots.world, robots.simulations, robots.repetition = world, {}, world.repetition
@@ -224,13 +229,12 @@ end
 -- Finds the robots to simulate here: those of this rank without a status (elites keep theirs).
 -- Returns also the number of robots without a status on all ranks.
 local function unsimulated(robots)
-  local which, count = {}, 0
-  for i = 1, #robots do
-    if rows.is_waiting(robots.rows, i) then
-      count = count + 1
-      if robots.share:at(i) then which[#which + 1] = i end
-    end
+  local which, share = {}, robots.share
+  for k = 1, share.count do
+    local i = share:number(k)
+    if rows.is_waiting(robots.rows, i) then which[#which + 1] = i end
   end
+  local count = robots.world.is_divided and (robots.waiting or 0) or #which
   robots.unscored = robots.world.is_divided and count > 0
   return which, count
 end
@@ -527,7 +531,7 @@ function Population:score(with)
   check_trials_read(self, law, wanted)
   check_order(self, law, wanted, own_state)
   if is_simulated or not self.scored_with then self.scored_with = with end
-  self.scored_by, self.ranked = law, metrics.rank(self.rows)
+  self.scored_by, self.ranked, self.sorted = law, metrics.rank(self.rows)
   if #self.ranked == 0 then failure.raise(1, failure_text(self)) end
   check_scores(self)
   if is_simulated then

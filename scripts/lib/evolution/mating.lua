@@ -216,10 +216,13 @@ end
 local function rows_of(robots, share, chosen, keep)
   local generation = robots.generation + 1
   local all = robots.world:rows(generation, share, robots.rows)
-  local places = {}
-  for i in ipairs(chosen.elites) do places[i] = i end
-  rows.copy(all, places, robots.rows, chosen.elites)
-  for i in ipairs(chosen.elites) do
+  local places, sources = {}, {}
+  for i, source in ipairs(chosen.elites) do
+    -- of another rank only where a function may look at it
+    if all[i] then places[#places + 1], sources[#sources + 1] = i, source end
+  end
+  rows.copy(all, places, robots.rows, sources)
+  for _, i in ipairs(places) do
     if share:at(i) then all[i].origin = "elite" end
     if not keep then rows.forget(all, i) end
   end
@@ -296,7 +299,8 @@ function mating.breed(world, robots, decided, chosen)
   end
   if parents.engine ~= robots.own then parents.engine:free() end
   return generations.new(world, { generation = robots.generation + 1, rows = all, own = bred,
-    share = share, materials = materials, parameters = decided.parameters, archive = robots.archive,
+    share = share, waiting = #robots - (keep and #chosen.elites or 0), materials = materials,
+    parameters = decided.parameters, archive = robots.archive,
     before = { state = rawget(robots, "state"), archive = robots.remembered,
       scored_with = robots.scored_with }, decided = decided })
 end

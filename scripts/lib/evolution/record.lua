@@ -98,15 +98,20 @@ end
 -- What the first rank needs of the others to record a generation.
 local function gather(robots)
   local ranked, best = robots.ranked, {}
-  local of_ranks = { diversity = function(_, set) return division.diversity(robots, set, true) end }
+  local of_ranks = {}
+  function of_ranks:diversity(set) return division.diversity_of_best(robots, #set) end
   robots.diversity = diversity.measure(of_ranks, ranked, robots.materials)
-  -- robots one of whose masses moved farther than a tenth of an edge in one step
-  local own, share = 0, robots.share
+  -- by status; a mass of a coarse robot moved farther than a tenth of an edge in one step
+  local own, share = { done = 0, invalid = 0, diverged = 0, failed = 0, coarse = 0 }, robots.share
+  robots.counts = {}
   for k = 1, share.count do
-    if rows.is_coarse(robots.rows[share:number(k)]) then own = own + 1 end
+    local row = robots.rows[share:number(k)]
+    own[row.status] = own[row.status] + 1
+    if rows.is_coarse(row) then own.coarse = own.coarse + 1 end
   end
-  robots.coarse = 0
-  for _, count in ipairs(exchange.all(own)) do robots.coarse = robots.coarse + count end
+  for _, each in ipairs(exchange.all(own)) do
+    for name, count in pairs(each) do robots.counts[name] = (robots.counts[name] or 0) + count end
+  end
   for k = 1, math.min(step_check.ROBOTS, #ranked) do best[k] = ranked[k] end
   division.fetch(robots, best, "best")
   generations.show(robots, best)

@@ -3,7 +3,9 @@
 --- (row.lua). On several ranks of mpirun each has all fields of its own share of the robots only,
 --- and of all others a brief array: what ranking, survival and selection read.
 
+local bit = require "bit"
 local ffi = require "ffi"
+local new_table = require "table.new"
 
 local bodies = require "limax.engine.bodies"
 local body = require "limax.robot.body"
@@ -22,11 +24,12 @@ local structured = require "limax.base.structured"
 ---@field data ffi.cdata* struct[count], or those of the share
 ---@field share limax.share|nil nil where all robots are here
 ---@field brief limax.structured.array|nil of all robots, with what other ranks have of them; own
---- ones are there after rows.outline
+--- ones are there after rows.outline, before which there is none where self[i] of others is false
 ---@field lent table<integer, limax.structured.array>|nil arrays with whole robots of others
 ---@field lent_at table<integer, integer>|nil their places there, from 0
 ---@field stored? fun(): limax.rows whole rows from a run folder
 ---@field materials string[]|nil their names, in the order of the bodies' counts
+---@field only_own boolean|nil self[i] of a robot of another rank is false until it is lent
 ---@field stamp integer changes with every write
 local Rows = {}
 Rows.__index = Rows
@@ -76,6 +79,17 @@ local function clear(array, count)
   end
 end
 
+-- Makes the array of what other ranks have.
+local function make_brief(self)
+  local known = {}
+  for _, field in ipairs(self.layout.fields) do
+    if not OF_RANK[field.name] then known[#known + 1] = field end
+  end
+  known[#known + 1] = HASH
+  self.brief = structured.new(structured.layout(known), self.count)
+  self.brief.facts = self.facts
+end
+
 -- Makes an array for robots of these facts, without values.
 local function lay_out(self, facts)
   local fields = record_rules.robot_fields(facts)
@@ -84,15 +98,11 @@ local function lay_out(self, facts)
   self.facts, self.layout, self.data = facts, array.layout, array.data
   clear(self, count)
   if self.share then
-    local known = {}
-    for _, field in ipairs(fields) do
-      if not OF_RANK[field.name] then known[#known + 1] = field end
-    end
-    known[#known + 1] = HASH
-    self.brief = structured.new(structured.layout(known), self.count)
     self.lent, self.lent_at = {}, {}
-    self.brief.facts = facts
-    clear(self.brief, self.count)
+    if not self.only_own then
+      make_brief(self)
+      clear(self.brief, self.count)
+    end
   end
   self.stamp = self.stamp + 1
 end
@@ -101,8 +111,13 @@ end
 ---@param share? limax.share the robots that this rank has; all if left out
 ---@param only_own? boolean self[i] of a robot of another rank is false until it is lent
 function rows.new(facts, count, share, only_own)
-  local self = setmetatable({ count = count, stamp = 0, share = share }, Rows)
-  for i = 1, count do self[i] = not (only_own and not share:at(i)) and row.of(self, i) end
+  local self = setmetatable(new_table(count, 16), Rows)
+  self.count, self.stamp, self.share, self.only_own = count, 0, share, only_own and share and true
+  for i = 1, count do self[i] = not self.only_own and row.of(self, i) end
+  for k = 1, self.only_own and share.count or 0 do
+    local i = share:number(k)
+    self[i] = row.of(self, i)
+  end
   lay_out(self, facts)
   return self
 end
@@ -116,44 +131,32 @@ function Rows:ask(i)
     .. " selection or a supervisor may read them"):format(i), 0)
 end
 
--- The functions below read robots that were scored. Then the brief array has all of them, and one
--- array is read several times as fast as two.
+--- All robots once they were scored, with what ranking and metrics read: one array is read several
+--- times as fast as two.
+---@return limax.structured.array
+function rows.scored(self) return self.brief or self end
 
---- The numbers and the scores of the robots that have one.
----@return integer[], number[]
-function rows.scored(self)
-  local numbers, scores, data = {}, {}, (self.brief or self).data
-  for i = 1, self.count do
-    local score = data[i - 1].fitness
-    if score == score then
-      numbers[#numbers + 1], scores[#scores + 1] = i, score
+--- The hashes of the bodies of some robots, once they were scored, that are in one of equal parts
+--- of all hashes.
+---@param has fun(i: integer): boolean
+---@param part integer from 0
+---@return ffi.cdata* uint64_t[count]
+---@return integer count
+function rows.hashes(self, has, part, parts)
+  local brief, data, hashes, count = self.brief, rows.scored(self).data, nil, 0
+  for _ = 1, 2 do -- counted, then copied
+    hashes = count > 0 and ffi.new("uint64_t[?]", count)
+    count = 0
+    for i = 1, self.count do
+      local hash
+      if brief then hash = data[i - 1].hash else hash = data[i - 1].body.hash end
+      if math.floor(tonumber(bit.rshift(hash, 32)) / 2 ^ 32 * parts) == part and has(i) then
+        if hashes then hashes[count] = hash end
+        count = count + 1
+      end
     end
   end
-  return numbers, scores
-end
-
---- A field of all robots; nil of those that have none.
----@param k? integer value of a list, from 1
----@return any[]
-function rows.column(self, name, k)
-  local list, data = {}, (self.brief or self).data
-  for i = 1, self.count do
-    local value
-    if k then value = data[i - 1][name][k - 1] else value = row.read(data[i - 1], name, self) end
-    if value == value then list[i] = value end
-  end
-  return list
-end
-
---- The hashes of the bodies of a list of robots.
----@return ffi.cdata* uint64_t[#list]
-function rows.hashes(self, list)
-  local hashes, brief = ffi.new("uint64_t[?]", #list), self.brief
-  for k, i in ipairs(list) do
-    if brief then hashes[k - 1] = brief.data[i - 1].hash
-    else hashes[k - 1] = self.data[i - 1].body.hash end
-  end
-  return hashes
+  return hashes or ffi.new "uint64_t[1]", count
 end
 
 --- Was robot i not simulated yet, nor failed before?
@@ -171,6 +174,7 @@ end
 
 --- Writes what other ranks get of the own robots into the brief array.
 function rows.outline(self)
+  if not self.brief then make_brief(self) end
   for _, part in ipairs(self.share:segments()) do
     structured.copy(self.brief, part.first, self, part.place, part.count)
     for k = 0, part.count - 1 do

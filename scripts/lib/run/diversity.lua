@@ -2,6 +2,8 @@
 --- time. Empty voxels count as a material of their own, and bodies are compared voxel by voxel of
 --- the lattice, without alignment.
 
+local new_table = require "table.new"
+
 local engine = require "limax.engine"
 local strict = require "limax.engine.strict"
 
@@ -34,8 +36,9 @@ end
 ---@param ranked integer[] indices, best first
 ---@return integer[]
 function diversity.top_half(ranked)
-  local top = {}
-  for k = 1, math.ceil(#ranked / 2) do top[k] = ranked[k] end
+  local count = math.ceil(#ranked / 2)
+  local top = new_table(count, 0)
+  for k = 1, count do top[k] = ranked[k] end
   return top
 end
 

@@ -1,6 +1,10 @@
 --- metrics.lua: one line of numbers per generation, over the robots that were scored. It holds no
 --- times, so that two runs can be compared byte for byte.
 
+local ffi = require "ffi"
+local new_table = require "table.new"
+
+local row = require "limax.robot.row"
 local rows = require "limax.robot.rows"
 local sample = require "limax.base.statistics.sample"
 local sorting = require "limax.base.sorting"
@@ -8,10 +12,22 @@ local sorting = require "limax.base.sorting"
 local metrics = {}
 
 --- Indices of the scored robots, best first; equal ones in index order.
+---@return integer[]
+---@return ffi.cdata* double[#ranked] their scores
 function metrics.rank(all)
-  local ranked, numbers, scores = {}, rows.scored(all)
-  for k, place in ipairs(sorting.descending(scores)) do ranked[k] = numbers[place] end
-  return ranked
+  local data, count = rows.scored(all).data, 0
+  local scores, numbers = ffi.new("double[?]", all.count), ffi.new("int32_t[?]", all.count)
+  for i = 1, all.count do
+    local score = data[i - 1].fitness
+    if score == score then
+      scores[count], numbers[count] = score, i
+      count = count + 1
+    end
+  end
+  sorting.sort(scores, numbers, count, true)
+  local ranked = new_table(count, 0)
+  for k = 1, count do ranked[k] = numbers[k - 1] end
+  return ranked, scores
 end
 
 -- JSON has no NaN: such a number is left out.
@@ -22,47 +38,39 @@ local function without_nan(value)
   return copy
 end
 
--- The counter of a robot that failed, by its status.
-local counter_of = { invalid = "invalid", diverged = "diverged", failed = "fitness" }
-
--- Numbers of robots that failed, by status.
-local function count_failed(all)
-  local failed, status = { invalid = 0, diverged = 0, fitness = 0 }, rows.column(all, "status")
-  for i = 1, all.count do
-    local name = counter_of[status[i]]
-    if name then failed[name] = failed[name] + 1 end
-  end
-  return failed
+-- A number of the struct of a robot, or value k of a list of these; nil if it has none.
+local function value_of(each, name, k, all)
+  if not k then return row.read(each, name, all) end
+  local value = each[name][k - 1]
+  return value == value and value or nil
 end
 
 -- Spread of a value that robots have: the champion's, and mean, least and most over the scored
 -- robots that have it; nil if none has it.
----@param fitness number[] of all robots
----@param values number[] of all robots
-local function spread(all, champion, fitness, values)
-  local sum, count, least, most = 0, 0, math.huge, -math.huge
-  for i = 1, all.count do
-    local value = fitness[i] and values[i]
+local function spread(all, champion, name, k)
+  local data, sum, count, least, most = rows.scored(all).data, 0, 0, math.huge, -math.huge
+  for i = 0, all.count - 1 do
+    local each = data[i]
+    local value = each.fitness == each.fitness and value_of(each, name, k, all)
     if value then
       sum, count = sum + value, count + 1
       least, most = math.min(least, value), math.max(most, value)
     end
   end
-  return count > 0 and { champion = values[champion], mean = sum / count, least = least,
-    most = most } or nil
+  return count > 0 and { champion = value_of(data[champion - 1], name, k, all), mean = sum / count,
+    least = least, most = most } or nil
 end
 
 -- The spread of a field that robots of some experiments have.
-local function spread_of(all, champion, fitness, name)
-  return all.layout.places[name]
-    and spread(all, champion, fitness, rows.column(all, name)) or nil
+local function spread_of(all, champion, name)
+  return all.layout.places[name] and spread(all, champion, name) or nil
 end
 
 -- The numbers that the fitness returned besides the score; nil if it returned none.
-local function measures_of(all, champion, fitness)
+local function measures_of(all, champion)
   local measures = {}
   for k, name in ipairs(all.facts.measures or {}) do
-    measures[name] = spread(all, champion, fitness, rows.column(all, "measures", k))
+    measures[name] = spread(all, champion, "measures", k)
   end
   return next(measures) and measures or nil
 end
@@ -71,12 +79,12 @@ end
 local function islands_of(all)
   if not all.layout.places.island then return nil end
   local list = {}
-  for _, row in ipairs(all) do
-    local each = list[row.island] or { scored = 0 }
-    list[row.island] = each
-    if row.fitness then
-      each.scored, each.mean = each.scored + 1, (each.mean or 0) + row.fitness
-      each.best = math.max(each.best or row.fitness, row.fitness)
+  for _, robot in ipairs(all) do
+    local each = list[robot.island] or { scored = 0 }
+    list[robot.island] = each
+    if robot.fitness then
+      each.scored, each.mean = each.scored + 1, (each.mean or 0) + robot.fitness
+      each.best = math.max(each.best or robot.fitness, robot.fitness)
     end
   end
   for _, each in ipairs(list) do each.mean = each.mean and each.mean / each.scored end
@@ -84,32 +92,35 @@ local function islands_of(all)
 end
 
 --- The metrics of a scored population: best, mean, median, worst and quantiles of the fitness,
---- diversity, failures, champion, and what the fitness returned besides its score.
+--- diversity, failures, champion, and what the fitness returned besides its score. `counts` has the
+--- robots by status, and the coarse ones.
 function metrics.measure(population)
-  local all, ranked = population.rows, population.ranked
-  local best, fitness = ranked[1], rows.column(all, "fitness")
-  local ascending, sum, quantiles = {}, 0, {}
-  for k = #ranked, 1, -1 do ascending[#ascending + 1] = fitness[ranked[k]] end
-  -- in the order of the population
-  for i = 1, all.count do sum = sum + (fitness[i] or 0) end
+  local all, ranked, sorted = population.rows, population.ranked, population.sorted
+  local best, count, counts = ranked[1], #ranked, population.counts
+  local data, sum, quantiles = rows.scored(all).data, 0, {}
+  for i = 0, all.count - 1 do -- in the order of the population
+    local score = data[i].fitness
+    if score == score then sum = sum + score end
+  end
+  local function ascending(k) return sorted[count - k] end
   for _, q in ipairs { 10, 25, 50, 75, 90 } do
-    quantiles["q" .. q] = sample.quantile(ascending, q / 100)
+    quantiles["q" .. q] = sample.quantile_of(count, ascending, q / 100)
   end
   return {
-    best = fitness[best],
-    mean = sum / #ranked,
+    best = sorted[0],
+    mean = sum / count,
     median = quantiles.q50,
-    worst = ascending[1],
+    worst = sorted[count - 1],
     quantiles = quantiles,
-    scored = #ranked,
-    failed = count_failed(all),
-    coarse = population.coarse,
+    scored = count,
+    failed = { invalid = counts.invalid, diverged = counts.diverged, fitness = counts.failed },
+    coarse = counts.coarse,
     diversity = without_nan(population.diversity),
-    measures = measures_of(all, best, fitness),
+    measures = measures_of(all, best),
     islands = islands_of(all),
-    novelty = spread_of(all, best, fitness, "novelty"),
-    age = spread_of(all, best, fitness, "age"),
-    step_size = spread_of(all, best, fitness, "step_size"),
+    novelty = spread_of(all, best, "novelty"),
+    age = spread_of(all, best, "age"),
+    step_size = spread_of(all, best, "step_size"),
     champion = { id = all[best].id, index = best, hash = all[best].body.hash },
   }
 end

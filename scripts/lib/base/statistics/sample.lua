@@ -19,10 +19,16 @@ end
 ---@param sorted number[] ascending, not empty
 ---@param q number 0 to 1
 function sample.quantile(sorted, q)
-  local position = q * (#sorted - 1) + 1
+  return sample.quantile_of(#sorted, function(k) return sorted[k] end, q)
+end
+
+--- The same of `count` numbers, of which `at(k)` is the k-th smallest.
+---@param at fun(k: integer): number
+function sample.quantile_of(count, at, q)
+  local position = q * (count - 1) + 1
   local below = math.floor(position)
-  local above = math.min(below + 1, #sorted)
-  return sorted[below] + (position - below) * (sorted[above] - sorted[below])
+  local low, high = at(below), at(math.min(below + 1, count))
+  return low + (position - below) * (high - low)
 end
 
 --- The mean; nil of an empty list.
