@@ -310,14 +310,22 @@ local function compare(generation, messages)
   end
 end
 
--- The robots of this share that ranks named, one rank after the other, and how many each did.
----@param messages table[] of each rank: `wanted` numbers of the generation, `counts` by rank
-local function asked_for(share, messages)
+-- What a rank asks of others, for a message: numbers of robots in the generation, and how many are
+-- of each rank.
+local function request_of(list, counts)
+  return { counts = counts,
+    robots = ffi.string(ffi.new("int32_t[?]", math.max(1, #list), list), 4 * #list) }
+end
+
+-- The robots of this share that ranks asked for, one rank after the other, and how many each did.
+---@param what "genomes"|"rows"
+local function asked_for(share, messages, what)
   local places, counts = {}, {}
   for r, message in ipairs(messages) do
-    local list, first = ffi.cast("const int32_t *", message.wanted), 0
-    for other = 1, exchange.index do first = first + message.counts[other] end
-    counts[r] = message.counts[exchange.index + 1]
+    local request, first = message[what], 0
+    local list = ffi.cast("const int32_t *", request.robots)
+    for other = 1, exchange.index do first = first + request.counts[other] end
+    counts[r] = request.counts[exchange.index + 1]
     for k = first, first + counts[r] - 1 do places[#places + 1] = share:at(list[k]) end
   end
   return places, counts
@@ -375,32 +383,40 @@ local function gather_genomes(robots, places, to)
   end
 end
 
--- Sends genomes and whole rows to the ranks that named them, and receives those of a list.
----@param list integer[] robots of other ranks, by rank
----@param to ffi.cdata* float[#list * genes] their genomes
-local function trade(robots, messages, list, to)
-  local places, sent = asked_for(robots.share, messages)
-  local received, all = messages[exchange.index + 1].counts, robots.rows
+-- Sends genomes to the ranks that asked for them, and receives those that this one asked for.
+---@param to ffi.cdata* float[asked for][genes]
+local function trade_genomes(robots, messages, to)
+  local places, sent = asked_for(robots.share, messages, "genomes")
   local size, device = robots.own.genes * ffi.sizeof "float", robots.world.device
   local from = memory_of(ways.sent, #places * size, device)
   gather_genomes(robots, places, from)
   exchange.all(true) -- an error of a rank ends all here, and not within what follows
-  exchange.trade(from, sent, to, received, size)
+  exchange.trade(from, sent, to, messages[exchange.index + 1].genomes.counts, size)
   done_with(ways.sent, device)
+end
+
+-- The same of whole rows.
+---@param list integer[] robots that this rank asked for
+local function trade_rows(robots, messages, list)
+  local all = robots.rows
   if not all.share then return end
+  local places, sent = asked_for(robots.share, messages, "rows")
   local leaving = structured.new(all.layout, math.max(1, #places))
   local arriving = structured.new(all.layout, math.max(1, #list))
   for k, place in ipairs(places) do structured.copy(leaving, k - 1, all, place - 1, 1) end
   exchange.all(true)
-  exchange.trade(leaving.data, sent, arriving.data, received, all.layout.size)
+  exchange.trade(leaving.data, sent, arriving.data, messages[exchange.index + 1].rows.counts,
+    all.layout.size)
   rows.lend(all, list, arriving)
 end
 
--- The robots of a list that other ranks have, by rank and in order, and how many of each.
-local function foreign_of(share, list)
+-- Those of the first robots of a list that other ranks have, by rank and in order, and how many of
+-- each.
+local function foreign_of(share, list, first)
   local keys, numbers, foreign, counts = {}, {}, {}, {}
   for r = 1, exchange.count do counts[r] = 0 end
-  for _, i in ipairs(list) do
+  for place = 1, first do
+    local i = list[place]
     if not share:at(i) then
       local r = owner(share, i)
       counts[r] = counts[r] + 1
@@ -411,26 +427,31 @@ local function foreign_of(share, list)
   return foreign, counts
 end
 
---- The genomes from which this rank breeds: of robots, whose rows are lent if they are of other
---- ranks, and more. Collective.
+--- The genomes from which this rank breeds: of robots and more. Collective.
 ---@param sources integer[] numbers of the generation
+---@param copied integer how many of them, the first, become elites: their whole rows are lent if
+--- they are of other ranks, and those of all others where a function may look at them
 ---@param chosen string digest of all that survival and selection chose
 ---@param more (ffi.cdata*|string)[] float[genes] each
 ---@return limax.population of the engine: the own one if it has them all, else a copy
 ---@return table<integer, integer> places there by number of the generation
 ---@return integer place before the first of `more`
-function division.parents(robots, sources, chosen, more)
+function division.parents(robots, sources, copied, chosen, more)
   local share, own_state, at = robots.share, rawget(robots, "state"), {}
-  local foreign, counts = foreign_of(share, sources)
-  local wanted = ffi.new("int32_t[?]", math.max(1, #foreign), foreign)
+  local foreign, counts = foreign_of(share, sources, #sources)
+  local lent, lent_counts = foreign_of(share, sources, copied)
   local messages = exchange.all { parents = chosen, state = own_state and state.encode(own_state),
-    counts = counts, wanted = ffi.string(wanted, 4 * #foreign) }
+    genomes = request_of(foreign, counts), rows = request_of(lent, lent_counts) }
   compare(robots.generation + 1, messages)
   local is_traded, count, places = false, #foreign + #more, {}
-  for _, message in ipairs(messages) do is_traded = is_traded or message.wanted ~= "" end
+  for _, message in ipairs(messages) do is_traded = is_traded or message.genomes.robots ~= "" end
   local each, device = robots.own.genes, robots.world.device
   local arrived = memory_of(ways.received, count * each * ffi.sizeof "float", device)
-  if is_traded then trade(robots, messages, foreign, arrived) end
+  if is_traded then
+    trade_genomes(robots, messages, arrived)
+    trade_rows(robots, messages, lent)
+    rows.show(robots.rows, foreign)
+  end
   for k, genome in ipairs(more) do
     ffi.copy(arrived + (#foreign + k - 1) * each, genome, each * ffi.sizeof "float")
   end

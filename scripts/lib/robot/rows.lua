@@ -183,12 +183,15 @@ function rows.outline(self)
   end
 end
 
+--- Makes self[i] of robots of a list, where there are none.
+function rows.show(self, list)
+  for _, i in ipairs(list) do self[i] = self[i] or row.of(self, i) end
+end
+
 --- Keeps whole robots of a list, row k of an array of the same layout being robot list[k].
 function rows.lend(self, list, array)
-  for k, i in ipairs(list) do
-    self[i] = self[i] or row.of(self, i)
-    self.lent[i], self.lent_at[i] = array, k - 1
-  end
+  rows.show(self, list)
+  for k, i in ipairs(list) do self.lent[i], self.lent_at[i] = array, k - 1 end
   self.stamp = self.stamp + 1
 end
 
