@@ -115,7 +115,11 @@ end
 ---@return limax.generation|nil entry of the history; nil on other ranks than the first
 function evolve.record(run, robots)
   if not robots.ranked then robots:score() end
-  if not run.ahead then mating.check_unchanged(robots, metrics.rank(robots.rows), "the loop") end
+  if not run.ahead then -- it may have changed scores
+    local ranking
+    ranking, robots.sorted = metrics.rank(robots.rows)
+    mating.check_unchanged(robots, ranking, "the loop")
+  end
   if not robots.entry then record.enter(run, robots) end
   return robots.entry
 end

@@ -231,7 +231,7 @@ local LOSSES = { { "KILL", 1 }, { "KILL", 2 }, { "TERM" }, { "KILL", 3 }, { "INT
   { "TERM" }, { "STOP", 2 }, { "KILL", 2 }, { "KILL", 3 } }
 
 test("a run that loses a rank ends, and resumes to the same bytes", function(t, folder)
-  write_experiment(folder, 200)
+  write_experiment(folder, 80)
   completes(0, t, folder, "run", "tiny.lua", "-q", "--out", "whole")
   local random = engine.random(7, 1, "user", 1, 1)
   local function lines()
@@ -256,7 +256,7 @@ test("a run that loses a rank ends, and resumes to the same bytes", function(t, 
     local status, output = child:finish()
     t:ok(status ~= 0, ("%s: status %s\n%s"):format(what, tostring(status), output))
     t:ok(output:find "continue with: mpirun .* %-%-resume lossy", what .. "\n" .. output)
-    t:ok(lines() < 400, what .. ": it was done already")
+    t:ok(lines() < 160, what .. ": it was done already")
   end
   completes(2, t, folder, "run", "--resume", "lossy", "-q")
   same(t, folder .. "/lossy", folder .. "/whole")
