@@ -1,9 +1,9 @@
 // signals.cpp: Ctrl-C, and SIGTERM, which does the same. The handler sets the engine's stop flag
 // and a hook that raises an error in every further instruction of the interpreter, until the host's
 // protected call handles the interrupt: a script's pcall cannot catch it. Compiled traces check no
-// hook, so an alarm ends the process if the interrupt is not handled within 2 s of processor time.
-// Only the main thread handles these signals. The same alarm reports a user's function that runs
-// for 5 s.
+// hook, so an alarm ends the process if the interrupt is not handled within 2 s of processor time,
+// or 10 s. Only the main thread handles these signals. The same alarm reports a user's function
+// that runs for 5 s.
 #include "signals.h"
 
 #include <poll.h>
@@ -26,8 +26,8 @@
 namespace limax::host {
 namespace {
 
-// Of processor time: a busy machine may hold the process up. The second one is of wall time, for a
-// call of the system that neither works nor returns.
+// An interrupt is to be handled within 2 s of processor time, since a busy machine may hold the
+// process up, and 10 s of wall time, if a call of the system neither works nor returns.
 constexpr std::int64_t time_to_react = 2'000'000'000;    // ns
 constexpr std::int64_t time_to_return = 10'000'000'000;  // ns
 constexpr std::int64_t time_to_report = 5'000'000'000;   // ns

@@ -27,6 +27,7 @@ double gene_scale(float largest) {
 
 // How many of these hashes differ, by a table with open addressing: they are random already.
 int32_t distinct(const uint64_t* hashes, int32_t count) {
+    if (count < 0) fail(LIMAX_INVALID_ARGUMENT, format("%d hashes: expected at least 0", count));
     std::vector<uint64_t> table(std::bit_ceil(2 * std::size_t(count)));
     bool has_zero = false;  // an empty place
     int32_t found = 0;
@@ -130,7 +131,7 @@ void population::sum_genes(const int32_t* robots, int32_t count, double scale, i
     }
 }
 
-limax_diversity population::diversity_of(const int64_t* sums, float largest, int32_t distinct,
+limax_diversity population::diversity_of(const int64_t* sums, float largest, int32_t different,
                                          int32_t count) const {
     if (count < 1)
         fail(LIMAX_INVALID_ARGUMENT, format("diversity of %d robots: it needs at least 1", count));
@@ -151,7 +152,7 @@ limax_diversity population::diversity_of(const int64_t* sums, float largest, int
     }
     if (count > 1) out.hamming = differing / (double(count) * (count - 1.0) * double(voxels));
     for (double& share : out.material_shares) share /= double(count) * double(voxels);
-    out.distinct = distinct;
+    out.distinct = different;
 
     // N^2 times the variance of each gene: N sum of squares - square of the sum, exactly.
     const int64_t* const of_genes = sums + voxels * LIMAX_MAX_MATERIALS;

@@ -93,7 +93,7 @@ public:
     float largest_gene(const int32_t* robots, int32_t count) const;
     int64_t sums_size() const;
     void sums(const int32_t* robots, int32_t count, float largest, int64_t* out) const;
-    limax_diversity diversity_of(const int64_t* sums, float largest, int32_t distinct,
+    limax_diversity diversity_of(const int64_t* sums, float largest, int32_t different,
                                  int32_t count) const;
 
 private:

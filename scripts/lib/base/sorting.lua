@@ -63,12 +63,12 @@ local function pass(from, to, count, half, byte, at)
 end
 
 --- Sorts numbers and the items beside them, of the smallest number first, or of the largest; equal
---- ones as they were.
+--- ones as they were. A key -0 becomes 0.
 ---@param keys ffi.cdata* double[count], none is not a number
 ---@param items ffi.cdata* int32_t[count]
 ---@param descending? boolean
 function sorting.sort(keys, items, count, descending)
-  if count < 2 then return end
+  if count == 0 then return end
   local from, to = memory_of(count)
   local halves, sign = ffi.cast("int32_t *", keys), descending and -1 or 1
   for k = 0, count - 1 do

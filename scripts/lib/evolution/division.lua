@@ -429,17 +429,17 @@ end
 
 --- The genomes from which this rank breeds: of robots and more. Collective.
 ---@param sources integer[] numbers of the generation
----@param copied integer how many of them, the first, become elites: their whole rows are lent if
---- they are of other ranks, and those of all others where a function may look at them
+---@param whole integer the whole rows of so many of them, the first, are lent if they are of other
+--- ranks: of elites, or of all where a function may look at them
 ---@param chosen string digest of all that survival and selection chose
 ---@param more (ffi.cdata*|string)[] float[genes] each
 ---@return limax.population of the engine: the own one if it has them all, else a copy
 ---@return table<integer, integer> places there by number of the generation
 ---@return integer place before the first of `more`
-function division.parents(robots, sources, copied, chosen, more)
+function division.parents(robots, sources, whole, chosen, more)
   local share, own_state, at = robots.share, rawget(robots, "state"), {}
   local foreign, counts = foreign_of(share, sources, #sources)
-  local lent, lent_counts = foreign_of(share, sources, copied)
+  local lent, lent_counts = foreign_of(share, sources, whole)
   local messages = exchange.all { parents = chosen, state = own_state and state.encode(own_state),
     genomes = request_of(foreign, counts), rows = request_of(lent, lent_counts) }
   compare(robots.generation + 1, messages)
@@ -509,6 +509,7 @@ end
 function division.diversity_of_best(robots, count)
   local data = rows.scored(robots.rows).data
   local score, last = robots.sorted[count - 1], robots.ranked[count]
+  -- equal scores are ranked in index order
   return diversity(robots, robots.rows, function(i)
     local own = data[i - 1].fitness
     return own > score or own == score and i <= last

@@ -52,9 +52,9 @@ local class = { methods = Population }
 -- while there is no memory for them, and `choice` is the argument of `breed`. `share` says which
 -- robots this rank has, `own` is the engine's population of these, `unscored` is true until other
 -- ranks have their rows, and `best` and `fetched` are some robots of others (division.lua). `whole`
--- is the generation of an island. `waiting` is the number of robots of all ranks without a status,
--- where they were bred, `sorted` are the scores in the order of `ranked`, and `counts` the robots
--- by status (record.lua).
+-- is the generation of an island. `waiting` is the number of robots of all ranks that had no
+-- status when they were bred, `sorted` are the scores in the order of `ranked`, and `counts` the
+-- robots by status (record.lua).
 local FIELDS, OF_LOOP = {}, {}
 for name in ([[ranked generation repetition parameters engine materials rows trials archive
     evaluations timing island state]]):gmatch "%S+" do

@@ -190,7 +190,7 @@ end
 -- The parents of the robots of a share. If some are rows of the archive, or robots of other ranks,
 -- the genomes that the pairs need are copied into a population of their own.
 local function parents_of(robots, share, chosen)
-  local own, needed, of_archive, has, copied = {}, {}, {}, {}, 0
+  local own, needed, of_archive, has, whole = {}, {}, {}, {}, 0
   for k = 1, share.count do
     own[k] = chosen.parents[share:number(k)]
     for _, source in ipairs(own[k]) do
@@ -198,15 +198,15 @@ local function parents_of(robots, share, chosen)
       if not has[source] then list[#list + 1] = source end
       has[source] = true
     end
-    -- a function of the script may look at all fields of parents
-    if k <= share.elites or robots.world.shows_all then copied = #needed end
+    -- elites are copied, and a function of the script may look at all parents
+    if k <= share.elites or robots.world.shows_all then whole = #needed end
   end
   if not (of_archive[1] or robots.world.is_divided) then
     return { engine = robots.own, rows = robots.rows, pairs = own }
   end
   local genomes, found = {}, {}
   for k, row in ipairs(of_archive) do genomes[k] = archived.genome(row) end
-  local from, at, before = division.parents(robots, needed, copied, chosen.digest, genomes)
+  local from, at, before = division.parents(robots, needed, whole, chosen.digest, genomes)
   for k, row in ipairs(of_archive) do at[row] = before + k end
   for source, k in pairs(at) do found[k] = row_of(robots, source) end
   for k, pair in ipairs(own) do own[k] = { at[pair[1]], at[pair[2]] } end

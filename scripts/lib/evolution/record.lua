@@ -99,6 +99,7 @@ end
 local function gather(robots)
   local ranked, best = robots.ranked, {}
   local of_ranks = {}
+  -- each set is a beginning of the ranking
   function of_ranks:diversity(set) return division.diversity_of_best(robots, #set) end
   robots.diversity = diversity.measure(of_ranks, ranked, robots.materials)
   -- by status; a mass of a coarse robot moved farther than a tenth of an edge in one step
@@ -106,7 +107,8 @@ local function gather(robots)
   robots.counts = {}
   for k = 1, share.count do
     local row = robots.rows[share:number(k)]
-    own[row.status] = own[row.status] + 1
+    local status = row.status
+    if own[status] then own[status] = own[status] + 1 end -- a loop may write others
     if rows.is_coarse(row) then own.coarse = own.coarse + 1 end
   end
   for _, each in ipairs(exchange.all(own)) do

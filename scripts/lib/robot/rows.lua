@@ -29,7 +29,7 @@ local structured = require "limax.base.structured"
 ---@field lent_at table<integer, integer>|nil their places there, from 0
 ---@field stored? fun(): limax.rows whole rows from a run folder
 ---@field materials string[]|nil their names, in the order of the bodies' counts
----@field only_own boolean|nil self[i] of a robot of another rank is false until it is lent
+---@field only_own boolean self[i] of a robot of another rank is false until it is lent
 ---@field stamp integer changes with every write
 local Rows = {}
 Rows.__index = Rows
@@ -99,7 +99,7 @@ local function lay_out(self, facts)
   clear(self, count)
   if self.share then
     self.lent, self.lent_at = {}, {}
-    if not self.only_own then
+    if not self.only_own or self.brief then
       make_brief(self)
       clear(self.brief, self.count)
     end
@@ -112,11 +112,11 @@ end
 ---@param only_own? boolean self[i] of a robot of another rank is false until it is lent
 function rows.new(facts, count, share, only_own)
   local self = setmetatable(new_table(count, 16), Rows)
-  self.count, self.stamp, self.share, self.only_own = count, 0, share, only_own and share and true
+  self.count, self.stamp, self.share = count, 0, share
+  self.only_own = share ~= nil and only_own
   for i = 1, count do self[i] = not self.only_own and row.of(self, i) end
-  for k = 1, self.only_own and share.count or 0 do
-    local i = share:number(k)
-    self[i] = row.of(self, i)
+  if self.only_own then
+    for k = 1, share.count do self[share:number(k)] = row.of(self, share:number(k)) end
   end
   lay_out(self, facts)
   return self
@@ -134,7 +134,10 @@ end
 --- All robots once they were scored, with what ranking and metrics read: one array is read several
 --- times as fast as two.
 ---@return limax.structured.array
-function rows.scored(self) return self.brief or self end
+function rows.scored(self)
+  if not self.share then return self end
+  return assert(self.brief, "the robots of other ranks have not arrived")
+end
 
 --- The hashes of the bodies of some robots, once they were scored, that are in one of equal parts
 --- of all hashes.

@@ -107,10 +107,10 @@ function metrics.measure(population)
     quantiles["q" .. q] = sample.quantile_of(count, ascending, q / 100)
   end
   return {
-    best = sorted[0],
+    best = data[best - 1].fitness,
     mean = sum / count,
     median = quantiles.q50,
-    worst = sorted[count - 1],
+    worst = data[ranked[count] - 1].fitness,
     quantiles = quantiles,
     scored = count,
     failed = { invalid = counts.invalid, diverged = counts.diverged, fitness = counts.failed },
