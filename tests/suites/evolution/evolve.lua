@@ -83,6 +83,16 @@ suite:test("what an own loop leaves out is done by the experiment", function(t)
     { 0.1, 0.25 })
 end)
 
+suite:test("a loop may write a status of its own, and a best score of -0 stays", function(t)
+  local run = limax.start(small { fitness = function() return 0 * -1 end }, { say = silent })
+  for population in run:generations() do
+    population:score()
+    population.rows[1].status = "apart"
+  end
+  t:equal(run.history[3].failed.fitness, 0)
+  t:equal(1 / run.history[3].best, -math.huge)
+end)
+
 suite:test("options, indices and counts that do not fit are refused", function(t)
   t:raises('evolve.lua:%d+: start.repetiton: unknown field; did you mean "repetition"?',
     function() limax.start(small {}, { repetiton = 2 }) end)
