@@ -53,8 +53,9 @@ local class = { methods = Population }
 -- robots this rank has, `own` is the engine's population of these, `unscored` is true until other
 -- ranks have their rows, and `best` and `fetched` are some robots of others (division.lua). `whole`
 -- is the generation of an island. `waiting` is the number of robots of all ranks that had no
--- status when they were bred, `sorted` are the scores in the order of `ranked`, and `counts` the
--- robots by status (record.lua).
+-- status when they were bred, `sorted` are the scores in the order of `ranked`, `failed` are
+-- numbers of robots that failed, and `coarse` is that of those one of whose masses moved farther
+-- than a tenth of an edge in one step.
 local FIELDS, OF_LOOP = {}, {}
 for name in ([[ranked generation repetition parameters engine materials rows trials archive
     evaluations timing island state]]):gmatch "%S+" do
@@ -62,7 +63,7 @@ for name in ([[ranked generation repetition parameters engine materials rows tri
 end
 for name in ([[world before decided going simulations traces unscored scored_with scored_by outdated
     state_text remembered choice entry line places parents stored waits own share best fetched
-    diversity counts whole waiting sorted]]):gmatch "%S+" do
+    diversity coarse failed whole waiting sorted]]):gmatch "%S+" do
   OF_LOOP[name] = true
 end
 

@@ -95,6 +95,9 @@ local function remember(run, line, ledger)
   return run.entries:add(run.history, line, ledger, last.values)
 end
 
+-- The counter of a robot that failed, by its status.
+local COUNTER = { invalid = "invalid", diverged = "diverged", failed = "fitness" }
+
 -- What the first rank needs of the others to record a generation.
 local function gather(robots)
   local ranked, best = robots.ranked, {}
@@ -102,17 +105,18 @@ local function gather(robots)
   -- each set is a beginning of the ranking
   function of_ranks:diversity(set) return division.diversity_of_best(robots, #set) end
   robots.diversity = diversity.measure(of_ranks, ranked, robots.materials)
-  -- by status; a mass of a coarse robot moved farther than a tenth of an edge in one step
-  local own, share = { done = 0, invalid = 0, diverged = 0, failed = 0, coarse = 0 }, robots.share
-  robots.counts = {}
+  local share = robots.share
+  local own = { coarse = 0, failed = { invalid = 0, diverged = 0, fitness = 0 } }
   for k = 1, share.count do
     local row = robots.rows[share:number(k)]
-    local status = row.status
-    if own[status] then own[status] = own[status] + 1 end -- a loop may write others
+    local name = COUNTER[row.status]
+    if name then own.failed[name] = own.failed[name] + 1 end
     if rows.is_coarse(row) then own.coarse = own.coarse + 1 end
   end
+  robots.coarse, robots.failed = 0, { invalid = 0, diverged = 0, fitness = 0 }
   for _, each in ipairs(exchange.all(own)) do
-    for name, count in pairs(each) do robots.counts[name] = (robots.counts[name] or 0) + count end
+    robots.coarse = robots.coarse + each.coarse
+    for name, count in pairs(each.failed) do robots.failed[name] = robots.failed[name] + count end
   end
   for k = 1, math.min(step_check.ROBOTS, #ranked) do best[k] = ranked[k] end
   division.fetch(robots, best, "best")

@@ -92,11 +92,10 @@ local function islands_of(all)
 end
 
 --- The metrics of a scored population: best, mean, median, worst and quantiles of the fitness,
---- diversity, failures, champion, and what the fitness returned besides its score. `counts` has the
---- robots by status, and the coarse ones.
+--- diversity, failures, champion, and what the fitness returned besides its score.
 function metrics.measure(population)
   local all, ranked, sorted = population.rows, population.ranked, population.sorted
-  local best, count, counts = ranked[1], #ranked, population.counts
+  local best, count = ranked[1], #ranked
   local data, sum, quantiles = rows.scored(all).data, 0, {}
   for i = 0, all.count - 1 do -- in the order of the population
     local score = data[i].fitness
@@ -113,8 +112,8 @@ function metrics.measure(population)
     worst = data[ranked[count] - 1].fitness,
     quantiles = quantiles,
     scored = count,
-    failed = { invalid = counts.invalid, diverged = counts.diverged, fitness = counts.failed },
-    coarse = counts.coarse,
+    failed = population.failed,
+    coarse = population.coarse,
     diversity = without_nan(population.diversity),
     measures = measures_of(all, best),
     islands = islands_of(all),
