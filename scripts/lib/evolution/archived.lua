@@ -73,7 +73,9 @@ function archived.enter(before, robots)
   if definition.appraise then definition.appraise(robots.rows, before.rows) end
   local candidates = {}
   for i, row in ipairs(robots.rows) do
-    if row.fitness and (definition.islands or row.generation == robots.generation) then
+    -- ids count on with each generation
+    local is_new = row.id > robots.generation * #robots
+    if row.fitness and (definition.islands or is_new) then
       candidates[#candidates + 1] = row_of(definition, row, robots.generation, i)
     end
     row.entered, row.cell = nil, nil

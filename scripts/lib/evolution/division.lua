@@ -11,6 +11,8 @@ local exchange = require "limax.base.exchange"
 local failure = require "limax.base.failure"
 local genes = require "limax.experiment.genes"
 local host = require "limax.host"
+local metrics = require "limax.run.metrics"
+local new_table = require "table.new"
 local rows = require "limax.robot.rows"
 local sorting = require "limax.base.sorting"
 local state = require "limax.run.state"
@@ -310,11 +312,15 @@ local function compare(generation, messages)
   end
 end
 
+-- The bytes of whole numbers: a message of many is read without a value for each.
+local function bytes_of(list)
+  return ffi.string(ffi.new("int32_t[?]", math.max(1, #list), list), 4 * #list)
+end
+
 -- What a rank asks of others, for a message: numbers of robots in the generation, and how many are
 -- of each rank.
 local function request_of(list, counts)
-  return { counts = counts,
-    robots = ffi.string(ffi.new("int32_t[?]", math.max(1, #list), list), 4 * #list) }
+  return { counts = bytes_of(counts), robots = bytes_of(list) }
 end
 
 -- The robots of this share that ranks asked for, one rank after the other, and how many each did.
@@ -324,8 +330,9 @@ local function asked_for(share, messages, what)
   for r, message in ipairs(messages) do
     local request, first = message[what], 0
     local list = ffi.cast("const int32_t *", request.robots)
-    for other = 1, exchange.index do first = first + request.counts[other] end
-    counts[r] = request.counts[exchange.index + 1]
+    local asked = ffi.cast("const int32_t *", request.counts)
+    for other = 0, exchange.index - 1 do first = first + asked[other] end
+    counts[r] = asked[exchange.index]
     for k = first, first + counts[r] - 1 do places[#places + 1] = share:at(list[k]) end
   end
   return places, counts
@@ -343,9 +350,10 @@ local function copy_genomes(robots, from, places, into, first)
     #places)
 end
 
--- Memory for genomes on their way. Beside a GPU it is kept from generation to generation: new pages
--- cost more time than the copy into them. On a CPU a generation takes longer, and needs the memory.
-local ways = { sent = { bytes = -1 }, received = { bytes = -1 } }
+-- Memory for a ranking and for genomes on their way, which is kept from generation to generation:
+-- new pages cost more time than the copy into them. That for genomes is not kept on a CPU, where a
+-- generation takes longer and needs the memory.
+local ways = { sent = { bytes = -1 }, received = { bytes = -1 }, ranking = { bytes = -1 } }
 
 local function release(way)
   if way.memory then ffi.C.free(ffi.gc(way.memory, nil)) end
@@ -384,20 +392,21 @@ local function gather_genomes(robots, places, to)
 end
 
 -- Sends genomes to the ranks that asked for them, and receives those that this one asked for.
+---@param counts integer[] how many this rank asked for, of each rank
 ---@param to ffi.cdata* float[asked for][genes]
-local function trade_genomes(robots, messages, to)
+local function trade_genomes(robots, messages, counts, to)
   local places, sent = asked_for(robots.share, messages, "genomes")
   local size, device = robots.own.genes * ffi.sizeof "float", robots.world.device
   local from = memory_of(ways.sent, #places * size, device)
   gather_genomes(robots, places, from)
   exchange.all(true) -- an error of a rank ends all here, and not within what follows
-  exchange.trade(from, sent, to, messages[exchange.index + 1].genomes.counts, size)
+  exchange.trade(from, sent, to, counts, size)
   done_with(ways.sent, device)
 end
 
 -- The same of whole rows.
 ---@param list integer[] robots that this rank asked for
-local function trade_rows(robots, messages, list)
+local function trade_rows(robots, messages, counts, list)
   local all = robots.rows
   if not all.share then return end
   local places, sent = asked_for(robots.share, messages, "rows")
@@ -405,8 +414,7 @@ local function trade_rows(robots, messages, list)
   local arriving = structured.new(all.layout, math.max(1, #list))
   for k, place in ipairs(places) do structured.copy(leaving, k - 1, all, place - 1, 1) end
   exchange.all(true)
-  exchange.trade(leaving.data, sent, arriving.data, messages[exchange.index + 1].rows.counts,
-    all.layout.size)
+  exchange.trade(leaving.data, sent, arriving.data, counts, all.layout.size)
   rows.lend(all, list, arriving)
 end
 
@@ -448,8 +456,8 @@ function division.parents(robots, sources, whole, chosen, more)
   local each, device = robots.own.genes, robots.world.device
   local arrived = memory_of(ways.received, count * each * ffi.sizeof "float", device)
   if is_traded then
-    trade_genomes(robots, messages, arrived)
-    trade_rows(robots, messages, lent)
+    trade_genomes(robots, messages, counts, arrived)
+    trade_rows(robots, messages, lent_counts, lent)
     rows.show(robots.rows, foreign)
   end
   for k, genome in ipairs(more) do
@@ -471,27 +479,103 @@ function division.parents(robots, sources, whole, chosen, more)
   return all, at, #foreign
 end
 
---- Frees the genomes and bodies of a generation that was bred: from here on they are read from the
---- run folder.
+--- Frees the genomes and bodies of a generation that was bred, and what it has of robots of other
+--- ranks: from here on they are read from the run folder.
 function division.forget(robots)
   if not (robots.world.is_divided and rawget(robots, "own")) then return end
   robots.own:free()
   robots.own = nil
+  rows.forget_others(robots.rows)
+end
+
+-- ---- ranking ------------------------------------------------------------------------------------
+
+-- Robots of the sample by which each rank is given a part of the ranking.
+local SAMPLE = 64
+
+-- Of a part of the ranking, the first robot and the first one behind it, as { score, i }; nil where
+-- it has no limit. Returns false for an empty part. The same sample is of all ranks.
+local function part_of(data, count, rank)
+  local scores, numbers = {}, {}
+  for i = 1, count, math.max(1, math.floor(count / (SAMPLE * exchange.count))) do
+    local score = data[i - 1].fitness
+    if score == score then scores[#scores + 1], numbers[#numbers + 1] = score, i end
+  end
+  local ends, order = equal_parts(#scores), sorting.descending(scores)
+  local first, last = ends[rank - 1] or 0, ends[rank]
+  if first == last and (rank > 1 or #scores > 0) then return false end
+  local function limit(place)
+    local k = order[place + 1]
+    return { scores[k], numbers[k] }
+  end
+  return first > 0 and limit(first) or { math.huge, 0 },
+    last < #scores and limit(last) or { -math.huge, math.huge }
+end
+
+--- Ranks scored robots as metrics.rank: each rank sorts a part of the ranking, and receives the
+--- others. Collective.
+---@return integer[]
+function division.rank(robots)
+  local all = robots.rows
+  if not all.share then return metrics.rank(all) end
+  local data, count = rows.scored(all).data, 0
+  local from, to = part_of(data, all.count, exchange.index + 1)
+  local numbers = {}
+  if from then
+    local most, first, least, last = from[1], from[2], to[1], to[2]
+    for i = 1, all.count do
+      local score = data[i - 1].fitness
+      if (score < most or score == most and i >= first)
+        and (score > least or score == least and i < last) then
+        count = count + 1
+        numbers[count] = i
+      end
+    end
+  end
+  local scores, own = ffi.new("double[?]", count + 1), ffi.new("int32_t[?]", count + 1, numbers)
+  for k = 1, count do scores[k - 1] = data[numbers[k] - 1].fitness end
+  sorting.sort(scores, own, count, true)
+  local counts, before, total = exchange.all(count), 0, 0
+  for r, each in ipairs(counts) do
+    total = total + each
+    if r <= exchange.index then before = before + each end
+  end
+  local ranking = ffi.cast("int32_t *", memory_of(ways.ranking, 4 * total, robots.world.device))
+  local ranked = new_table(total, 0)
+  ffi.copy(ranking + before, own, 4 * count)
+  exchange.all(true)
+  exchange.share(ranking, counts, 4)
+  for k = 1, total do ranked[k] = ranking[k - 1] end
+  return ranked
 end
 
 -- ---- diversity ----------------------------------------------------------------------------------
 
+--- The robots whose bodies this rank counts; nil where it has all bodies.
+---@param all limax.rows of all robots
+---@return integer[]|nil
+function division.counted(all)
+  return exchange.count > 1 and rows.with_hashes(all, exchange.index, exchange.count) or nil
+end
+
 -- The engine's diversity of a set of robots, whose parts ranks add up: each counts the different
 -- bodies in a part of all hashes. Collective.
+---@param counted integer[]|nil division.counted
 ---@param has fun(i: integer): boolean is robot i in the set?
 ---@param count integer its size, at least one
-local function diversity(robots, all, has, count)
+local function diversity(robots, all, counted, has, count)
   local own, share, list, largest, distinct = robots.own, robots.share, {}, 0, 0
   for k = 1, share.count do
     if has(share:number(k)) then list[#list + 1] = k end
   end
   if exchange.count == 1 then return own:diversity(list) end
-  local hashes, number = rows.hashes(all, has, exchange.index, exchange.count)
+  local hashes, number = ffi.new("uint64_t[?]", #counted + 1), 0
+  for _, i in ipairs(counted) do
+    if has(i) then
+      hashes[number] = rows.hash(all, i)
+      number = number + 1
+    end
+  end
   for _, each in ipairs(exchange.all { largest = bodies.largest_gene(own, list),
     distinct = bodies.distinct(hashes, number) }) do
     distinct = distinct + each.distinct
@@ -505,12 +589,13 @@ end
 
 --- The engine's diversity of the best robots of a scored generation. Collective.
 ---@param count integer at least one
+---@param counted integer[]|nil division.counted
 ---@return limax.diversity
-function division.diversity_of_best(robots, count)
-  local data = rows.scored(robots.rows).data
-  local score, last = robots.sorted[count - 1], robots.ranked[count]
+function division.diversity_of_best(robots, count, counted)
+  local data, last = rows.scored(robots.rows).data, robots.ranked[count]
+  local score = data[last - 1].fitness
   -- equal scores are ranked in index order
-  return diversity(robots, robots.rows, function(i)
+  return diversity(robots, robots.rows, counted, function(i)
     local own = data[i - 1].fitness
     return own > score or own == score and i <= last
   end, count)
@@ -525,8 +610,8 @@ function division.diversity_of(robots, set)
   local has = {}
   for _, i in ipairs(set) do has[i] = true end
   -- an island has a part of the rows
-  return diversity(robots, (rawget(robots, "whole") or robots).rows, function(i) return has[i] end,
-    #set)
+  local all = (rawget(robots, "whole") or robots).rows
+  return diversity(robots, all, division.counted(all), function(i) return has[i] end, #set)
 end
 
 -- ---- rows ---------------------------------------------------------------------------------------

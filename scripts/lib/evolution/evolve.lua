@@ -116,9 +116,7 @@ end
 function evolve.record(run, robots)
   if not robots.ranked then robots:score() end
   if not run.ahead then -- it may have changed scores
-    local ranking
-    ranking, robots.sorted = metrics.rank(robots.rows)
-    mating.check_unchanged(robots, ranking, "the loop")
+    mating.check_unchanged(robots, metrics.rank(robots.rows), "the loop")
   end
   if not robots.entry then record.enter(run, robots) end
   return robots.entry

@@ -16,7 +16,6 @@ local fault = require "limax.engine.fault"
 local fitness = require "limax.fitness"
 local host = require "limax.host"
 local measures = require "limax.experiment.measures"
-local metrics = require "limax.run.metrics"
 local plausible = require "limax.settings.plausible"
 local rows = require "limax.robot.rows"
 local schema = require "limax.engine.schema"
@@ -53,9 +52,9 @@ local class = { methods = Population }
 -- robots this rank has, `own` is the engine's population of these, `unscored` is true until other
 -- ranks have their rows, and `best` and `fetched` are some robots of others (division.lua). `whole`
 -- is the generation of an island. `waiting` is the number of robots of all ranks that had no
--- status when they were bred, `sorted` are the scores in the order of `ranked`, `failed` are
--- numbers of robots that failed, and `coarse` is that of those one of whose masses moved farther
--- than a tenth of an edge in one step.
+-- status when they were bred, `failed` are numbers of robots that failed, and `coarse` is that of
+-- those one of whose masses moved farther than a tenth of an edge in one step. `count` is the size
+-- of a list that has only the robots of this rank and a few of others.
 local FIELDS, OF_LOOP = {}, {}
 for name in ([[ranked generation repetition parameters engine materials rows trials archive
     evaluations timing island state]]):gmatch "%S+" do
@@ -63,7 +62,7 @@ for name in ([[ranked generation repetition parameters engine materials rows tri
 end
 for name in ([[world before decided going simulations traces unscored scored_with scored_by outdated
     state_text remembered choice entry line places parents stored waits own share best fetched
-    diversity coarse failed whole waiting sorted]]):gmatch "%S+" do
+    diversity coarse failed whole waiting count]]):gmatch "%S+" do
   OF_LOOP[name] = true
 end
 
@@ -104,8 +103,10 @@ end
 ---@param fields table with `own`, or without genomes
 ---@return limax.population.scored
 function generation.new(world, fields)
-  local robots = setmetatable(new_table(fields.rows.count, 32), class)
+  local only_own = fields.rows.only_own
+  local robots = setmetatable(new_table(only_own and 0 or fields.rows.count, 32), class)
   for key, value in pairs(fields) do rawset(robots, key, value) end
+  robots.count = only_own and fields.rows.count or nil
   robots.share = robots.share or division.share(robots.rows.count, 0)
   if robots.own and not world.is_divided then robots.engine = robots.own end
   robots.world, robots.simulations, robots.repetition = world, {}, world.repetition
@@ -114,8 +115,9 @@ function generation.new(world, fields)
   robots.evaluations = robots.evaluations or 0
   robots.timing = robots.timing or {}
   robots.timing.simulate, robots.timing.fitness = 0, 0
-  for i = 1, robots.rows.count do
-    robots[i] = robots.rows[i] and scored_robot.of(robots, i)
+  for k = 1, only_own and robots.share.count or robots.rows.count do
+    local i = only_own and robots.share:number(k) or k
+    robots[i] = scored_robot.of(robots, i)
   end
   return robots
 end
@@ -144,7 +146,7 @@ function generation.check_bodies(robots)
     local i = robots.share:number(k)
     if (robots.rows[i].body.voxels > 0) ~= (i == 1) then return robots end
   end
-  if robots.share:at(1) and #robots > 1 then
+  if robots.share:at(1) and robots.share.total > 1 then
     robots.world.say("genome.encoding: robot 2 and all that follow are empty: does express visit"
       .. " every robot, for _, i in ipairs(robots) do?")
   end
@@ -403,8 +405,8 @@ end
 -- Warns once if a function of the script scores robots only by their first trial.
 local function check_trials_read(robots, law, wanted)
   if #robots.trials == 1 or law.name ~= "function" then return end
-  for i, row in ipairs(robots.rows) do
-    if wanted[i] and row.status == "done" then
+  for _, i in ipairs(wanted) do
+    if robots.rows[i].status == "done" then
       if rawget(robots[i], "trials") then return end
       robots.world.say(("trials: the fitness does not read robot.trials, so only the first of %d"
         .. " trials counts; robot.trials[2]:distance() is that of the second"):format(
@@ -420,8 +422,9 @@ local function check_order(robots, law, wanted, own_state)
     or state.encode(own_state) == state.encode(robots.before.state) then
     return
   end
-  for i, row in ipairs(robots.rows) do
-    if wanted[i] and row.fitness then
+  for _, i in ipairs(wanted) do
+    local row = robots.rows[i]
+    if row.fitness then
       local again = scoring.call(law.call, robots[i], state.copy(own_state))
       if again ~= row.fitness then
         robots.world.say(("state: the fitness writes to it, and gives robot %s %.6g, but %s after"
@@ -460,7 +463,8 @@ end
 local function call_fitness(robots, law, wanted, own_state)
   local world, began = robots.world, host.clock()
   local failures = scoring.score { call = law.call, ours = law.name ~= "function", robots = robots,
-    rows = robots.rows, wanted = wanted, generation = robots.generation, state = own_state,
+    rows = robots.rows, wanted = wanted, count = robots.share.total, generation = robots.generation,
+    state = own_state,
     measure = world.measured and function(robot, row)
       return measures.add(world.measured, robot, row, own_state)
     end }
@@ -480,7 +484,8 @@ end
 local function forget_scores(robots, fitness_chosen)
   local before = robots.before.scored_with
   if before == nil or before == fitness_chosen then return end
-  for i = 1, #robots do
+  for k = 1, robots.share.count do
+    local i = robots.share:number(k)
     if not (robots.traces and robots.traces[i]) then rows.forget(robots.rows, i) end
   end
 end
@@ -490,8 +495,10 @@ local function robots_to_score(robots)
   local wanted, share = {}, robots.share
   for k = 1, robots.traces and share.count or 0 do
     local i = share:number(k)
-    wanted[i] = robots.traces[i] and true
-    if wanted[i] then rows.set_status(robots.rows, i) end
+    if robots.traces[i] then
+      wanted[#wanted + 1] = i
+      rows.set_status(robots.rows, i)
+    end
   end
   return wanted
 end
@@ -532,7 +539,7 @@ function Population:score(with)
   check_trials_read(self, law, wanted)
   check_order(self, law, wanted, own_state)
   if is_simulated or not self.scored_with then self.scored_with = with end
-  self.scored_by, self.ranked, self.sorted = law, metrics.rank(self.rows)
+  self.scored_by, self.ranked = law, division.rank(self)
   if #self.ranked == 0 then failure.raise(1, failure_text(self)) end
   check_scores(self)
   if is_simulated then

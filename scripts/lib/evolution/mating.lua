@@ -15,13 +15,14 @@ local mating = {}
 
 -- `what` is a pattern for messages, and `...` its arguments.
 local function check_index(index, robots, what, ...)
-  if type(index) ~= "number" or index ~= math.floor(index) or index < 1 or index > #robots then
+  local count = robots.count or #robots
+  if type(index) ~= "number" or index ~= math.floor(index) or index < 1 or index > count then
     what = what:format(...)
     local hint = index == nil and " (a selection returns two)"
       or type(index) == "table" and " (population.ranked lists indices, best first)"
       or type(index) == "number" and " (the id of a robot is not an index)" or ""
     failure.raise(1, ("%s is %s; expected an index from 1 to %d%s"):format(what, schema.show(index),
-      #robots, hint))
+      count, hint))
   end
   return index
 end
@@ -107,7 +108,7 @@ function mating.pool(robots, parents, has_rows)
   local pool = generations.part(robots)
   if not has_rows then
     pool.ranked = parents
-    for i = 1, #robots do pool[i] = robots[i] end
+    for i = 1, robots.count and 0 or #robots do pool[i] = robots[i] end
     return pool
   end
   pool.ranked, pool.rows, pool.parents = {}, {}, parents
@@ -219,9 +220,10 @@ local function rows_of(robots, share, chosen, keep)
   local generation = robots.generation + 1
   local all = robots.world:rows(generation, share, robots.rows)
   local places, sources = {}, {}
-  for i, source in ipairs(chosen.elites) do
-    -- of another rank only where a function may look at it
-    if all[i] then places[#places + 1], sources[#sources + 1] = i, source end
+  -- of other ranks only where a function may look at them
+  for k = 1, all.only_own and share.elites or #chosen.elites do
+    places[k] = all.only_own and share:number(k) or k
+    sources[k] = chosen.elites[places[k]]
   end
   rows.copy(all, places, robots.rows, sources)
   for _, i in ipairs(places) do
@@ -237,7 +239,7 @@ local function rows_of(robots, share, chosen, keep)
   if robots.world.is_divided and robots.world.shows_all then
     for i = #chosen.elites + 1, all.count do
       if not share:at(i) then
-        all[i].id, all[i].generation = generation * all.count + i, generation
+        all[i].id = generation * all.count + i
       end
     end
   end
@@ -285,7 +287,7 @@ end
 function mating.breed(world, robots, decided, chosen)
   local materials = robots.materials
   if not decided.same_materials then materials = world:materials_with(decided.fields) end
-  local share = division.share(#robots, chosen.of_islands or #chosen.elites)
+  local share = division.share(robots.share.total, chosen.of_islands or #chosen.elites)
   local parents = parents_of(robots, share, chosen)
   -- an elite keeps its score under the same materials, in the same trials
   local keep = decided.same_materials and world.trials(robots.generation + 1) == robots.trials
@@ -301,7 +303,7 @@ function mating.breed(world, robots, decided, chosen)
   end
   if parents.engine ~= robots.own then parents.engine:free() end
   return generations.new(world, { generation = robots.generation + 1, rows = all, own = bred,
-    share = share, waiting = #robots - (keep and #chosen.elites or 0), materials = materials,
+    share = share, waiting = all.count - (keep and #chosen.elites or 0), materials = materials,
     parameters = decided.parameters, archive = robots.archive,
     before = { state = rawget(robots, "state"), archive = robots.remembered,
       scored_with = robots.scored_with }, decided = decided })

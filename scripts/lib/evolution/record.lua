@@ -101,10 +101,10 @@ local COUNTER = { invalid = "invalid", diverged = "diverged", failed = "fitness"
 -- What the first rank needs of the others to record a generation.
 local function gather(robots)
   local ranked, best = robots.ranked, {}
-  local of_ranks = {}
-  -- each set is a beginning of the ranking
-  function of_ranks:diversity(set) return division.diversity_of_best(robots, #set) end
-  robots.diversity = diversity.measure(of_ranks, ranked, robots.materials)
+  local counted = division.counted(robots.rows)
+  robots.diversity = diversity.of_ranking(#ranked, robots.materials, function(count)
+    return division.diversity_of_best(robots, count, counted)
+  end)
   local share = robots.share
   local own = { coarse = 0, failed = { invalid = 0, diverged = 0, fitness = 0 } }
   for k = 1, share.count do

@@ -83,7 +83,7 @@ function rescore.population(robots, setting, which)
     generations.again(robots, list, robots.materials, options)
   local result = { fitness = {}, distance = {}, status = {}, time_step = {}, failed = 0,
     robots = 0, seconds = seconds, simulated = 0 }
-  for i = 1, #robots do
+  for i = 1, robots.count or #robots do
     local robot = again[i]
     if robot then
       local row = robot.row

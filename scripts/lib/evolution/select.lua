@@ -41,9 +41,10 @@ local function survive(world, robots, generation, parameters, named)
       .. " every path of it end in `return`?")
   end
   if place then mating.check_scored(robots, survivors, what .. ": survivors") end
-  if #survivors >= #robots then
+  local count = robots.count or #robots
+  if #survivors >= count then
     failure.raise(1, ("%s: %d survivors leave no place for offspring in %s of %d: return fewer")
-      :format(what, #survivors, robots.island and "an island" or "a population", #robots))
+      :format(what, #survivors, robots.island and "an island" or "a population", count))
   end
   parents = parents or survivors[1] and survivors or robots.ranked
   local has_rows = type(parents) == "table" and type(parents[1]) == "table"
@@ -113,7 +114,8 @@ function select.choose(world, robots, decided)
   end
   -- a script's function may count its calls in `state`, and so chooses for all robots everywhere
   local function share_of(all_elites)
-    return own and division.whole(#robots) or division.share(#robots, all_elites)
+    local total = robots.share.total
+    return own and division.whole(total) or division.share(total, all_elites)
   end
   -- a script's own functions may read any field of any robot. Whole rows come at once: a rank that
   -- has read a field before would not take part when the others ask for it

@@ -4,6 +4,8 @@
 --- without them from the survivors, or from all scored robots if there are none. Parents may also
 --- be rows of the archive: `return {}, robots.archive`.
 
+local new_table = require "table.new"
+
 local choice = require "limax.base.choice"
 local engine = require "limax.engine"
 local front = require "limax.experiment.front"
@@ -20,8 +22,10 @@ local survival = strict.module "limax.survival"
 -- The best share of the population: the first of an order of robots, at least one, and at most as
 -- many as leave `places` for others.
 local function best(robots, order, share, places)
-  local count, list = math.max(math.floor(share * #robots + 0.5), 1), {}
-  for k = 1, math.min(count, #robots - places, #order) do list[k] = order[k] end
+  local all = robots.count or #robots
+  local count = math.min(math.max(math.floor(share * all + 0.5), 1), all - places, #order)
+  local list = new_table(math.max(count, 0), 0)
+  for k = 1, count do list[k] = order[k] end
   return list
 end
 

@@ -179,7 +179,7 @@ end
 ---@param name string of the field
 function row.struct(all, i, name)
   local array, at = row.held(all, i)
-  if not array.layout.places[name] then array, at = row.whole(all, i) end
+  if not (array and array.layout.places[name]) then array, at = row.whole(all, i) end
   return array.data[at]
 end
 

@@ -24,12 +24,12 @@ local structured = require "limax.base.structured"
 ---@field data ffi.cdata* struct[count], or those of the share
 ---@field share limax.share|nil nil where all robots are here
 ---@field brief limax.structured.array|nil of all robots, with what other ranks have of them; own
---- ones are there after rows.outline, before which there is none where self[i] of others is false
+--- ones are there after rows.outline, before which there is none where `only_own`
 ---@field lent table<integer, limax.structured.array>|nil arrays with whole robots of others
 ---@field lent_at table<integer, integer>|nil their places there, from 0
 ---@field stored? fun(): limax.rows whole rows from a run folder
 ---@field materials string[]|nil their names, in the order of the bodies' counts
----@field only_own boolean self[i] of a robot of another rank is false until it is lent
+---@field only_own boolean there is no self[i] of a robot of another rank until it is lent
 ---@field stamp integer changes with every write
 local Rows = {}
 Rows.__index = Rows
@@ -37,8 +37,8 @@ Rows.__index = Rows
 local rows = { record = row.record }
 
 -- Fields that other ranks do not have.
-local OF_RANK = { parents = true, origin = true, body = true, mass = true, letters = true,
-  outcome = true, reason = true, entered = true, cell = true }
+local OF_RANK = { generation = true, parents = true, origin = true, body = true, mass = true,
+  letters = true, outcome = true, reason = true, entered = true, cell = true }
 local HASH = { name = "hash", kind = "u8" } -- of the body
 
 local BODY_UNKNOWN = names.body_status.value.unknown
@@ -79,6 +79,10 @@ local function clear(array, count)
   end
 end
 
+-- The brief array of a generation that nothing reads anymore: new pages would cost more time than
+-- all that is done with it.
+local spare
+
 -- Makes the array of what other ranks have.
 local function make_brief(self)
   local known = {}
@@ -86,7 +90,12 @@ local function make_brief(self)
     if not OF_RANK[field.name] then known[#known + 1] = field end
   end
   known[#known + 1] = HASH
-  self.brief = structured.new(structured.layout(known), self.count)
+  local layout = structured.layout(known)
+  if spare and spare.layout == layout and spare.count == self.count then
+    self.brief, spare = spare, nil
+  else
+    self.brief = structured.new(layout, self.count)
+  end
   self.brief.facts = self.facts
 end
 
@@ -109,14 +118,14 @@ end
 
 --- Makes robots without values.
 ---@param share? limax.share the robots that this rank has; all if left out
----@param only_own? boolean self[i] of a robot of another rank is false until it is lent
+---@param only_own? boolean there is no self[i] of a robot of another rank until it is lent
 function rows.new(facts, count, share, only_own)
-  local self = setmetatable(new_table(count, 16), Rows)
-  self.count, self.stamp, self.share = count, 0, share
-  self.only_own = share ~= nil and only_own
-  for i = 1, count do self[i] = not self.only_own and row.of(self, i) end
-  if self.only_own then
-    for k = 1, share.count do self[share:number(k)] = row.of(self, share:number(k)) end
+  only_own = share ~= nil and only_own
+  local self = setmetatable(only_own and {} or new_table(count, 16), Rows)
+  self.count, self.stamp, self.share, self.only_own = count, 0, share, only_own
+  for k = 1, only_own and share.count or count do
+    local i = only_own and share:number(k) or k
+    self[i] = row.of(self, i)
   end
   lay_out(self, facts)
   return self
@@ -139,27 +148,22 @@ function rows.scored(self)
   return assert(self.brief, "the robots of other ranks have not arrived")
 end
 
---- The hashes of the bodies of some robots, once they were scored, that are in one of equal parts
---- of all hashes.
----@param has fun(i: integer): boolean
+--- The robots whose bodies' hashes are in one of equal parts of all hashes, once they were scored.
 ---@param part integer from 0
----@return ffi.cdata* uint64_t[count]
----@return integer count
-function rows.hashes(self, has, part, parts)
-  local brief, data, hashes, count = self.brief, rows.scored(self).data, nil, 0
-  for _ = 1, 2 do -- counted, then copied
-    hashes = count > 0 and ffi.new("uint64_t[?]", count)
-    count = 0
-    for i = 1, self.count do
-      local hash
-      if brief then hash = data[i - 1].hash else hash = data[i - 1].body.hash end
-      if math.floor(tonumber(bit.rshift(hash, 32)) / 2 ^ 32 * parts) == part and has(i) then
-        if hashes then hashes[count] = hash end
-        count = count + 1
-      end
+---@return integer[]
+function rows.with_hashes(self, part, parts)
+  local brief, data, list, count = self.brief, rows.scored(self).data, {}, 0
+  local first, last = 2 ^ 32 * part / parts, 2 ^ 32 * (part + 1) / parts
+  for i = 1, self.count do
+    local hash
+    if brief then hash = data[i - 1].hash else hash = data[i - 1].body.hash end
+    local high = tonumber(bit.rshift(hash, 32))
+    if high >= first and high < last then
+      count = count + 1
+      list[count] = i
     end
   end
-  return hashes or ffi.new "uint64_t[1]", count
+  return list
 end
 
 --- Was robot i not simulated yet, nor failed before?
@@ -184,6 +188,11 @@ function rows.outline(self)
       self.brief.data[part.first + k].hash = self.data[part.place + k].body.hash
     end
   end
+end
+
+--- Frees what a generation that was bred has of robots of other ranks.
+function rows.forget_others(self)
+  if self.only_own then spare, self.brief = self.brief, nil end
 end
 
 --- Makes self[i] of robots of a list, where there are none.

@@ -123,7 +123,8 @@ end
 ---@field ours boolean is it one of the library?
 ---@field robots table[] objects handed to the fitness
 ---@field rows limax.row[] theirs; fitness, cases, measures, status and reason are written here
----@field wanted boolean[] which robots to score
+---@field wanted integer[] robots to score, in order
+---@field count integer robots of the generation
 ---@field generation integer
 ---@field state table|nil of the run's scripts
 ---@field measure? fun(robot: table, row: limax.row): string|nil, boolean|nil, string|nil adds to
@@ -145,8 +146,9 @@ end
 ---@return scoring.failure[] failures for `scoring.judge`
 function scoring.score(request)
   local failures = {}
-  for i, row in ipairs(request.rows) do
-    if request.wanted[i] and row.status == "done" then
+  for _, i in ipairs(request.wanted) do
+    local row = request.rows[i]
+    if row.status == "done" then
       local value, extra, message, excusable, trace =
         scoring.call(request.call, request.robots[i], request.state, request.ours)
       row.fitness = value
@@ -160,7 +162,7 @@ function scoring.score(request)
         local failed = { index = i, id = row.id, message = message, excusable = excusable,
           trace = trace }
         failures[#failures + 1] = failed
-        if is_fatal(failed, #failures, request.generation, #request.rows) then break end
+        if is_fatal(failed, #failures, request.generation, request.count) then break end
       end
     end
   end

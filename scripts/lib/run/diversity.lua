@@ -48,9 +48,18 @@ end
 ---@param materials limax.materials
 ---@return { all: limax.diversity.values|nil, top: limax.diversity.values|nil }
 function diversity.measure(population, ranked, materials)
-  if #ranked == 0 then return {} end
-  return { all = named(population:diversity(ranked), materials),
-    top = named(population:diversity(diversity.top_half(ranked)), materials) }
+  return diversity.of_ranking(#ranked, materials, function(count)
+    return population:diversity(count == #ranked and ranked or diversity.top_half(ranked))
+  end)
+end
+
+--- The same of robots of which `of_best(count)` measures the best ones.
+---@param scored integer their number
+---@param of_best fun(count: integer): limax.diversity
+function diversity.of_ranking(scored, materials, of_best)
+  if scored == 0 then return {} end
+  return { all = named(of_best(scored), materials),
+    top = named(of_best(math.ceil(scored / 2)), materials) }
 end
 
 -- One measure of a script's scored population.

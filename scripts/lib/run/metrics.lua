@@ -13,7 +13,6 @@ local metrics = {}
 
 --- Indices of the scored robots, best first; equal ones in index order.
 ---@return integer[]
----@return ffi.cdata* double[#ranked] their scores
 function metrics.rank(all)
   local data, count = rows.scored(all).data, 0
   local scores, numbers = ffi.new("double[?]", all.count), ffi.new("int32_t[?]", all.count)
@@ -27,7 +26,7 @@ function metrics.rank(all)
   sorting.sort(scores, numbers, count, true)
   local ranked = new_table(count, 0)
   for k = 1, count do ranked[k] = numbers[k - 1] end
-  return ranked, scores
+  return ranked
 end
 
 -- JSON has no NaN: such a number is left out.
@@ -94,14 +93,14 @@ end
 --- The metrics of a scored population: best, mean, median, worst and quantiles of the fitness,
 --- diversity, failures, champion, and what the fitness returned besides its score.
 function metrics.measure(population)
-  local all, ranked, sorted = population.rows, population.ranked, population.sorted
+  local all, ranked = population.rows, population.ranked
   local best, count = ranked[1], #ranked
   local data, sum, quantiles = rows.scored(all).data, 0, {}
   for i = 0, all.count - 1 do -- in the order of the population
     local score = data[i].fitness
     if score == score then sum = sum + score end
   end
-  local function ascending(k) return sorted[count - k] end
+  local function ascending(k) return data[ranked[count + 1 - k] - 1].fitness end
   for _, q in ipairs { 10, 25, 50, 75, 90 } do
     quantiles["q" .. q] = sample.quantile_of(count, ascending, q / 100)
   end
