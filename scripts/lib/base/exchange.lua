@@ -84,8 +84,8 @@ function exchange.sum(values, count)
   ranks.sum(values, count)
 end
 
---- Sends items to each rank and receives some from each, as ranks.trade. All ranks must call it
---- after the same exchange, with nothing in between that may fail.
+--- Sends items to each rank and receives some from each, as ranks.trade, also this one from
+--- itself. All ranks must call it after the same exchange, with nothing in between that may fail.
 function exchange.trade(...) ranks.trade(...) end
 
 --- Completes items in place, as ranks.share, under the same conditions.

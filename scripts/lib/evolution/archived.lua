@@ -1,6 +1,7 @@
 --- archived.lua: the archive of one repetition as a list that each generation inherits and extends.
 --- A robot's row says whether it entered and where (`entered`, `cell`): replaying the robots of all
---- generations gives the archive.
+--- generations gives the archive. On several ranks of mpirun each has all rows of the list, and the
+--- genomes of the robots that it bred.
 
 local ffi = require "ffi"
 
@@ -11,9 +12,9 @@ local rows_file = require "limax.robot.rows_file"
 local source = require "limax.base.source"
 
 ---@class limax.archived
----@field rows limax.archive.row[] each with its robot and genome
+---@field rows limax.archive.row[] each with its robot, and its genome or the rank that has it
 ---@field place table<integer, integer> of the row of each cell
----@field members table<limax.archive.row, true>
+---@field members table<limax.archive.row, integer> their places in the list
 ---@field ranges number[][] { least, most } of each descriptor over all scored robots
 
 local archived = {}
@@ -22,23 +23,24 @@ local archived = {}
 -- large
 local INDIVIDUAL = 2 ^ 32 - 1
 
--- The keys under which a row has the row of its robot and its genome, float[genes]; and a copy for
--- scripts the row that it shows.
-local ROBOT, GENOME, SHOWN = {}, {}, {}
+-- The keys under which a row has the row of its robot, the rank that has its genome, from 1, and
+-- there the genome, float[genes]; and a copy for scripts the row that it shows.
+local ROBOT, RANK, GENOME, SHOWN = {}, {}, {}, {}
 
 -- Makes the archive after robots entered and ids left.
 local function changed(before, entered, leaving, ranges)
   local list, place, members = {}, {}, {}
   for _, row in ipairs(before and before.rows or {}) do
     if not (leaving and leaving[row.id]) then
-      list[#list + 1], members[row] = row, true
+      list[#list + 1] = row
+      members[row] = #list
       if row.cell then place[row.cell] = #list end
     end
   end
   for _, row in ipairs(entered) do
     local at = row.cell and place[row.cell] or #list + 1
     if list[at] then members[list[at]] = nil end
-    list[at], members[row] = row, true
+    list[at], members[row] = row, at
     if row.cell then place[row.cell] = at end
   end
   return { rows = list, place = place, members = members, ranges = ranges }
@@ -90,11 +92,9 @@ function archived.enter(before, robots)
   end
   if robots.rows.brief then rows.outline(robots.rows) end -- novelty
   division.lend(robots, list)
-  local genomes, genes = division.genomes(robots, list), robots.own.genes
-  for k, row in ipairs(entered) do
+  for _, row in ipairs(entered) do
     row[ROBOT] = rows.single(robots.rows[row.index])
-    row[GENOME] = ffi.new("float[?]", genes)
-    ffi.copy(row[GENOME], genomes + (k - 1) * genes, genes * ffi.sizeof "float")
+    row[GENOME], row[RANK] = division.genome(robots, row.index)
   end
   return changed(before, entered, leaving, ranges_with(before.ranges, robots.rows))
 end
@@ -116,11 +116,8 @@ function archived.replay(before, definition, generation, robots)
   return changed(before, entered, leaving, ranges_with(before.ranges, robots))
 end
 
---- Gives a row its robot and genome, from which it may be bred.
----@param genome string|ffi.cdata* float[genes]
-function archived.complete(row, robot, genome)
-  row[ROBOT], row[GENOME] = robot, genome
-end
+--- Gives a row its robot.
+function archived.complete(row, robot) row[ROBOT] = robot end
 
 --- Copies of the rows for scripts, which may change them and name them as parents.
 function archived.shown(self)
@@ -159,11 +156,17 @@ function archived.robot(self, shown)
   return row and self.members[row] and row[ROBOT] or nil
 end
 
---- The genome of such a row.
----@return ffi.cdata*|string float[genes]
-function archived.genome(shown) return shown[SHOWN][GENOME] end
+--- Where the genome of such a row is.
+---@return integer rank from 1
+---@return integer place in the list
+function archived.where(self, shown) return shown[SHOWN][RANK], self.members[shown[SHOWN]] end
 
---- An archive as plain data, for other ranks.
+--- The genome of a row that this rank has.
+---@param place integer in the list
+---@return ffi.cdata* float[genes]
+function archived.genome(self, place) return self.rows[place][GENOME] end
+
+--- An archive as plain data, without genomes.
 function archived.pack(self)
   local list = {}
   for k, row in ipairs(self.rows) do
@@ -171,20 +174,28 @@ function archived.pack(self)
     for name, value in pairs(row) do
       if type(name) == "string" then plain[name] = value end
     end
-    list[k] = { row = plain, robot = rows_file.pack(row[ROBOT][1]),
-      genome = type(row[GENOME]) == "string" and row[GENOME]
-        or ffi.string(row[GENOME], ffi.sizeof(row[GENOME])) }
+    list[k] = { row = plain, robot = rows_file.pack(row[ROBOT][1]) }
   end
   return { rows = list, ranges = self.ranges }
 end
 
---- The archive of such data.
+--- The archive of such data, whose genomes are divided among the ranks in equal parts.
 ---@param materials string[] their names
-function archived.unpack(packed, materials)
-  local entered = {}
+---@param genomes string|nil of all rows, on the first rank
+---@param genes integer of each
+function archived.unpack(packed, materials, genomes, genes)
+  local entered, share = {}, division.share(#packed.rows, 0)
+  local own = division.deal(share, genomes, genes)
   for k, each in ipairs(packed.rows) do
     entered[k] = each.row
-    archived.complete(each.row, assert(rows_file.read(each.robot, materials))[1], each.genome)
+    archived.complete(each.row, assert(rows_file.read(each.robot, materials))[1])
+    each.row[RANK] = division.owner(share, k)
+    local at = share:at(k)
+    if at then
+      each.row[GENOME] = ffi.new("float[?]", genes)
+      ffi.copy(each.row[GENOME], ffi.cast("const float *", own) + (at - 1) * genes,
+        genes * ffi.sizeof "float")
+    end
   end
   return changed(nil, entered, nil, packed.ranges)
 end

@@ -119,8 +119,8 @@ local function counts_of(ends)
   return list
 end
 
--- The rank, from 1, that has a robot.
-local function owner(share, i)
+--- The rank, from 1, that has a robot.
+function division.owner(share, i)
   local ends = share.ends.elites
   if i > share.all_elites then i, ends = i - share.all_elites, share.ends.others end
   local low, high = 1, #ends
@@ -173,7 +173,7 @@ local function gather(share, list, memory, size, write)
   if exchange.count == 1 then return end
   local all, taken = exchange.all(ffi.string(memory, count * size)), {}
   for k, i in ipairs(list) do
-    local from = owner(share, i)
+    local from = division.owner(share, i)
     local place = taken[from] or 0
     ffi.copy(memory + (k - 1) * size, all[from]:sub(place + 1, place + size), size)
     taken[from] = place + size
@@ -190,6 +190,18 @@ function division.genomes(robots, list)
     engine_population.copy_genomes(own, ffi.cast("float *", into), k - 1, 1)
   end)
   return memory
+end
+
+--- The genome of a robot; nil of another rank's.
+---@return ffi.cdata*|nil float[genes]
+---@return integer rank that has it, from 1
+function division.genome(robots, i)
+  local k, copy = robots.share:at(i), nil
+  if k then
+    copy = ffi.new("float[?]", robots.own.genes)
+    engine_population.copy_genomes(robots.own, copy, k - 1, 1)
+  end
+  return copy, k and exchange.index + 1 or division.owner(robots.share, i)
 end
 
 --- Keeps the whole rows of some robots on all ranks. Collective.
@@ -323,19 +335,19 @@ local function request_of(list, counts)
   return { counts = bytes_of(counts), robots = bytes_of(list) }
 end
 
--- The robots of this share that ranks asked for, one rank after the other, and how many each did.
----@param what "genomes"|"rows"
-local function asked_for(share, messages, what)
-  local places, counts = {}, {}
+-- The numbers that ranks asked this one for, one rank after the other, and how many each did.
+---@param what "genomes"|"rows"|"archived"
+local function asked_for(messages, what)
+  local numbers, counts = {}, {}
   for r, message in ipairs(messages) do
     local request, first = message[what], 0
     local list = ffi.cast("const int32_t *", request.robots)
     local asked = ffi.cast("const int32_t *", request.counts)
     for other = 0, exchange.index - 1 do first = first + asked[other] end
     counts[r] = asked[exchange.index]
-    for k = first, first + counts[r] - 1 do places[#places + 1] = share:at(list[k]) end
+    for k = first, first + counts[r] - 1 do numbers[#numbers + 1] = list[k] end
   end
-  return places, counts
+  return numbers, counts
 end
 
 -- Copies genomes into a population, from its robot `first` on, by breeding elites: those of a GPU
@@ -374,31 +386,39 @@ local function done_with(way, device)
   if device.kind == "cpu" then release(way) end
 end
 
--- Copies genomes of a rank into memory, one after the other.
-local function gather_genomes(robots, places, to)
-  if #places == 0 then return end
-  local own, each = robots.own, robots.own.genes
+-- Copies genomes of robots of this rank into memory, one after the other.
+---@param list integer[] numbers in the generation
+local function gather_genomes(robots, list, to)
+  if #list == 0 then return end
+  local own, each, share = robots.own, robots.own.genes, robots.share
   if robots.world.device.kind == "cpu" then
     local from = own:genome_view():pointer()
-    for k, place in ipairs(places) do
-      ffi.copy(to + (k - 1) * each, from + (place - 1) * each, each * ffi.sizeof "float")
+    for k, i in ipairs(list) do
+      ffi.copy(to + (k - 1) * each, from + (share:at(i) - 1) * each, each * ffi.sizeof "float")
     end
   else
-    local gathered = robots.world:empty(#places)
+    local gathered, places = robots.world:empty(#list), {}
+    for k, i in ipairs(list) do places[k] = share:at(i) end
     copy_genomes(robots, own, places, gathered, 1)
     engine_population.copy_genomes(gathered, to)
     gathered:free()
   end
 end
 
--- Sends genomes to the ranks that asked for them, and receives those that this one asked for.
+-- Sends genomes to the ranks that asked for them, and receives those that this one asked for. Does
+-- nothing where none asked.
+---@param what "genomes"|"archived"
 ---@param counts integer[] how many this rank asked for, of each rank
 ---@param to ffi.cdata* float[asked for][genes]
-local function trade_genomes(robots, messages, counts, to)
-  local places, sent = asked_for(robots.share, messages, "genomes")
+---@param write fun(list: integer[], to: ffi.cdata*) those that were asked for by these numbers
+local function trade_genomes(robots, messages, what, counts, to, write)
+  local is_asked = false
+  for _, message in ipairs(messages) do is_asked = is_asked or message[what].robots ~= "" end
+  if not is_asked then return end
+  local numbers, sent = asked_for(messages, what)
   local size, device = robots.own.genes * ffi.sizeof "float", robots.world.device
-  local from = memory_of(ways.sent, #places * size, device)
-  gather_genomes(robots, places, from)
+  local from = memory_of(ways.sent, #numbers * size, device)
+  write(numbers, from)
   exchange.all(true) -- an error of a rank ends all here, and not within what follows
   exchange.trade(from, sent, to, counts, size)
   done_with(ways.sent, device)
@@ -407,12 +427,12 @@ end
 -- The same of whole rows.
 ---@param list integer[] robots that this rank asked for
 local function trade_rows(robots, messages, counts, list)
-  local all = robots.rows
+  local all, share = robots.rows, robots.share
   if not all.share then return end
-  local places, sent = asked_for(robots.share, messages, "rows")
-  local leaving = structured.new(all.layout, math.max(1, #places))
+  local numbers, sent = asked_for(messages, "rows")
+  local leaving = structured.new(all.layout, math.max(1, #numbers))
   local arriving = structured.new(all.layout, math.max(1, #list))
-  for k, place in ipairs(places) do structured.copy(leaving, k - 1, all, place - 1, 1) end
+  for k, i in ipairs(numbers) do structured.copy(leaving, k - 1, all, share:at(i) - 1, 1) end
   exchange.all(true)
   exchange.trade(leaving.data, sent, arriving.data, counts, all.layout.size)
   rows.lend(all, list, arriving)
@@ -426,7 +446,7 @@ local function foreign_of(share, list, first)
   for place = 1, first do
     local i = list[place]
     if not share:at(i) then
-      local r = owner(share, i)
+      local r = division.owner(share, i)
       counts[r] = counts[r] + 1
       numbers[#numbers + 1], keys[#keys + 1] = i, r * share.total + i
     end
@@ -435,35 +455,61 @@ local function foreign_of(share, list, first)
   return foreign, counts
 end
 
---- The genomes from which this rank breeds: of robots and more. Collective.
+-- Rows of the archive, those first whose genomes the first rank has, their places in the archive,
+-- and how many each rank has.
+local function by_rank(list, where)
+  local ranks, sorted, places, counts = {}, {}, {}, {}
+  for r = 1, exchange.count do counts[r] = 0 end
+  for k, row in ipairs(list) do
+    ranks[k] = where(row)
+    counts[ranks[k]] = counts[ranks[k]] + 1
+  end
+  for k, place in ipairs(sorting.ascending(ranks)) do
+    sorted[k] = list[place]
+    places[k] = select(2, where(sorted[k]))
+  end
+  return sorted, places, counts
+end
+
+---@class limax.division.archive the genomes of an archive
+---@field where fun(row: limax.archive.row): integer, integer the rank that has its genome, from 1,
+--- and its place in the archive
+---@field genome fun(place: integer): ffi.cdata* float[genes] of one that this rank has
+
+--- The genomes from which this rank breeds, of robots and of the archive. Collective.
 ---@param sources integer[] numbers of the generation
 ---@param whole integer the whole rows of so many of them, the first, are lent if they are of other
 --- ranks: of elites, or of all where a function may look at them
 ---@param chosen string digest of all that survival and selection chose
----@param more (ffi.cdata*|string)[] float[genes] each
+---@param of_archive limax.archive.row[]
+---@param archive limax.division.archive
 ---@return limax.population of the engine: the own one if it has them all, else a copy
----@return table<integer, integer> places there by number of the generation
----@return integer place before the first of `more`
-function division.parents(robots, sources, whole, chosen, more)
+---@return table<integer|limax.archive.row, integer> places there by number of the generation or row
+function division.parents(robots, sources, whole, chosen, of_archive, archive)
   local share, own_state, at = robots.share, rawget(robots, "state"), {}
   local foreign, counts = foreign_of(share, sources, #sources)
   local lent, lent_counts = foreign_of(share, sources, whole)
+  local archived, archived_places, archived_counts = by_rank(of_archive, archive.where)
   local messages = exchange.all { parents = chosen, state = own_state and state.encode(own_state),
-    genomes = request_of(foreign, counts), rows = request_of(lent, lent_counts) }
+    genomes = request_of(foreign, counts), rows = request_of(lent, lent_counts),
+    archived = request_of(archived_places, archived_counts) }
   compare(robots.generation + 1, messages)
-  local is_traded, count, places = false, #foreign + #more, {}
-  for _, message in ipairs(messages) do is_traded = is_traded or message.genomes.robots ~= "" end
+  local count, places = #foreign + #archived, {}
   local each, device = robots.own.genes, robots.world.device
   local arrived = memory_of(ways.received, count * each * ffi.sizeof "float", device)
-  if is_traded then
-    trade_genomes(robots, messages, counts, arrived)
-    trade_rows(robots, messages, lent_counts, lent)
-    rows.show(robots.rows, foreign)
-  end
-  for k, genome in ipairs(more) do
-    ffi.copy(arrived + (#foreign + k - 1) * each, genome, each * ffi.sizeof "float")
-  end
+  trade_genomes(robots, messages, "genomes", counts, arrived, function(list, to)
+    gather_genomes(robots, list, to)
+  end)
+  trade_rows(robots, messages, lent_counts, lent)
+  trade_genomes(robots, messages, "archived", archived_counts, arrived + #foreign * each,
+    function(list, to)
+      for k, place in ipairs(list) do
+        ffi.copy(to + (k - 1) * each, archive.genome(place), each * ffi.sizeof "float")
+      end
+    end)
+  rows.show(robots.rows, foreign)
   for k, i in ipairs(foreign) do at[i] = k end
+  for k, row in ipairs(archived) do at[row] = #foreign + k end
   for _, i in ipairs(sources) do
     local place = share:at(i)
     if place then
@@ -471,12 +517,12 @@ function division.parents(robots, sources, whole, chosen, more)
       at[i] = count > 0 and count + #places or place
     end
   end
-  if count == 0 then return robots.own, at, 0 end
+  if count == 0 then return robots.own, at end
   local all = robots.world:empty(count + #places)
   copy_genomes(robots, robots.own, places, all, count + 1)
   engine_population.put_genomes(all, arrived, 0, count)
   done_with(ways.received, device)
-  return all, at, #foreign
+  return all, at
 end
 
 --- Frees the genomes and bodies of a generation that was bred, and what it has of robots of other

@@ -395,11 +395,11 @@ local function failure_text(robots)
   if diverged and type(step) == "number" and step > world.first_step then
     advice = ("; simulation.time_step is %.6g s, the limit for stiff bodies is %.6g s"):format(step,
       world.first_step)
-  elseif counts["invalid: no muscle"] == #robots then
+  elseif counts["invalid: no muscle"] == robots.rows.count then
     advice = "; genome.require_muscle = false lets bodies without a muscle run"
   end
   return ("generation %d: none of the %d robots can be scored (%s)%s"):format(robots.generation,
-    #robots, table.concat(reasons, ", "), advice)
+    robots.rows.count, table.concat(reasons, ", "), advice)
 end
 
 -- Warns once if a function of the script scores robots only by their first trial.
@@ -470,7 +470,7 @@ local function call_fitness(robots, law, wanted, own_state)
     end }
   robots.timing.fitness = robots.timing.fitness + host.clock() - began
   if world.is_divided then failures = division.exchange(robots, failures, own_state) end
-  scoring.judge(failures, robots.rows, robots.generation, world.say)
+  scoring.judge(failures, robots.share.total, robots.generation, world.say)
 end
 
 -- Stores the state after a scored generation. The run goes on with the state as a reader of the

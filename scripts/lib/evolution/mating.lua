@@ -205,10 +205,10 @@ local function parents_of(robots, share, chosen)
   if not (of_archive[1] or robots.world.is_divided) then
     return { engine = robots.own, rows = robots.rows, pairs = own }
   end
-  local genomes, found = {}, {}
-  for k, row in ipairs(of_archive) do genomes[k] = archived.genome(row) end
-  local from, at, before = division.parents(robots, needed, whole, chosen.digest, genomes)
-  for k, row in ipairs(of_archive) do at[row] = before + k end
+  local found = {}
+  local from, at = division.parents(robots, needed, whole, chosen.digest, of_archive, {
+    where = function(row) return archived.where(robots.remembered, row) end,
+    genome = function(place) return archived.genome(robots.remembered, place) end })
   for source, k in pairs(at) do found[k] = row_of(robots, source) end
   for k, pair in ipairs(own) do own[k] = { at[pair[1]], at[pair[2]] } end
   return { engine = from, rows = found, pairs = own }
@@ -251,7 +251,7 @@ end
 -- the ages: the generations since the oldest ancestor. Returns the new robots of this share.
 local function renew(robots, all, share, chosen, newcomers)
   local places, count = {}, {}
-  for i = #all, 1, -1 do
+  for i = all.count, 1, -1 do
     local row, k, home = all[i], share:at(i), chosen.homes and chosen.homes[i] or 0
     local is_elite = i <= #chosen.elites
     if not is_elite and (count[home] or 0) < newcomers then

@@ -238,30 +238,33 @@ local function check_measured(run, robots)
   end
 end
 
--- The archive after the last generation of a folder, as plain data.
+-- The archive after the last generation of a folder, as plain data, and the genomes of its rows.
 local function read_archive(run, folder, last)
-  local world, list, by_generation = run.world, nil, {}
+  local world, list, by_generation, genomes = run.world, nil, {}, {}
   for generation = 0, last do
     list = archived.replay(list, world.archive, generation,
       folder:rows(world.repetition, generation))
   end
-  for _, row in ipairs(list.rows) do
+  for k, row in ipairs(list.rows) do
     by_generation[row.generation] = by_generation[row.generation] or {}
-    table.insert(by_generation[row.generation], row)
+    by_generation[row.generation][k] = row
   end
   for generation, some in pairs(by_generation) do
     local all = folder:rows(world.repetition, generation)
-    for _, row in ipairs(some) do
-      archived.complete(row, rows.single(all[row.index]),
-        folder:genomes(world.repetition, generation, row.index))
+    for k, row in pairs(some) do
+      archived.complete(row, rows.single(all[row.index]))
+      genomes[k] = folder:genomes(world.repetition, generation, row.index)
     end
   end
-  return archived.pack(list)
+  return archived.pack(list), table.concat(genomes)
 end
 
---- The last generation of a folder as plain data, for all ranks, and its genomes, for the first
---- one; nil if it has none. Fills the history with those before it.
+--- The last generation of a folder as plain data, for all ranks; nil if it has none. Fills the
+--- history with those before it.
 ---@param run limax.run of the first rank
+---@return table|nil
+---@return { robots: string, archive?: string }|nil genomes of all robots, and of the archive's, for
+--- the first rank
 function record.kept(run)
   local folder, repetition = run.folder, run.world.repetition
   local last = folder and folder:last(repetition) or -1
@@ -276,24 +279,27 @@ function record.kept(run)
   if last < 0 then return nil end
   local kept = folder:kept(repetition, last)
   kept.robots = folder:robots(repetition, last)
-  kept.archive = run.world.archive and read_archive(run, folder, last)
-  return kept, folder:genomes(repetition, last)
+  local genomes = { robots = folder:genomes(repetition, last) }
+  if run.world.archive then kept.archive, genomes.archive = read_archive(run, folder, last) end
+  return kept, genomes
 end
 
 --- Goes on from the last generation of a folder: it has its scores. Where the configuration changed
 --- since, elites are scored again.
 ---@param kept table of the first rank
----@param genomes string|nil of all robots, on the first rank
+---@param genomes table|nil those of record.kept, on the first rank
 function record.restore(run, kept, genomes)
-  local all = read_rows(run, kept, kept.robots)
+  local all, genes_count = read_rows(run, kept, kept.robots), run.world.encoding.genes
+  genomes = genomes or {}
   local robots = rebuilt(run, kept, all,
-    division.deal(division.share(all.count, 0), genomes, run.world.encoding.genes))
+    division.deal(division.share(all.count, 0), genomes.robots, genes_count))
   check_measured(run, robots)
   run.evaluations = kept.evaluations
   robots.outdated = not kept.scores_valid or nil
   robots.scored_with, robots.scored_by = run.world.fitness, run.world.fitness
   if run.world.archive then
-    robots.remembered = archived.unpack(kept.archive, run.world:material_names())
+    robots.remembered = archived.unpack(kept.archive, run.world:material_names(),
+      genomes.archive, genes_count)
     robots.archive = archived.shown(robots.remembered)
     if robots.outdated then
       run.world.say "the archive keeps scores and descriptors from before the change"

@@ -171,12 +171,13 @@ end
 
 --- Reports robots that failed in the fitness. Raises a failure with status 1 where the run must
 --- stop.
+---@param count integer robots of the generation
 ---@param say fun(text: string, key: string) called for every robot that fails; `key` is the part of
 --- the text that names no robot and no generation
-function scoring.judge(failures, rows, generation, say)
+function scoring.judge(failures, count, generation, say)
   for n, failed in ipairs(failures) do
     local id, message = failed.id, failed.message
-    local fatal = is_fatal(failed, n, generation, #rows)
+    local fatal = is_fatal(failed, n, generation, count)
     if fatal and generation == 0 and not failed.excusable then
       failure.raise(1, ("robot %s of the first generation: %s"):format(id, failed.trace or message))
     end
@@ -184,7 +185,7 @@ function scoring.judge(failures, rows, generation, say)
     if fatal then
       failure.raise(1, ("more than a tenth of generation %d (%d of %d robots so far) failed in"
         .. " the fitness, the first was robot %s, the last robot %s: %s"):format(generation, n,
-        #rows, failures[1].id, id, message))
+        count, failures[1].id, id, message))
     end
   end
 end

@@ -137,6 +137,11 @@ local KINDS = {
       local last = robots.ranked[12]
       return robots[last].body.voxels > 13 and { last } or { robots.ranked[1], last }
     end]] },
+  { "equal scores and failures, where a rank has only its own robots", [[
+    fitness = function(robot)
+      if robot.generation > 0 and robot.id % 24 == 20 then return 0 / 0 end
+      return math.floor(50 * robot:distance())
+    end]] },
   { "cells of an archive", [[fitness = "distance", survival = "map_elites",
     archive = { "grid", descriptors = { "muscle_share", "voxel_share" } },
     selection = function(robots, random)
