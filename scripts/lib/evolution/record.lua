@@ -102,9 +102,9 @@ local COUNTER = { invalid = "invalid", diverged = "diverged", failed = "fitness"
 local function gather(robots)
   local ranked, best = robots.ranked, {}
   local counted = division.counted(robots.rows)
-  robots.diversity = diversity.of_ranking(#ranked, robots.materials, function(count)
+  robots.diversity = diversity.measure(function(count)
     return division.diversity_of_best(robots, count, counted)
-  end)
+  end, ranked, robots.materials)
   local share = robots.share
   local own = { coarse = 0, failed = { invalid = 0, diverged = 0, fitness = 0 } }
   for k = 1, share.count do

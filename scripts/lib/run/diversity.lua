@@ -43,23 +43,19 @@ function diversity.top_half(ranked)
 end
 
 --- The diversity of all scored robots and of their better half; empty without a scored robot.
----@param population limax.population of the engine
+---@param population limax.population|fun(count: integer): limax.diversity of the engine, or what
+--- measures so many of the best
 ---@param ranked integer[] indices of the scored robots, best first
 ---@param materials limax.materials
 ---@return { all: limax.diversity.values|nil, top: limax.diversity.values|nil }
 function diversity.measure(population, ranked, materials)
-  return diversity.of_ranking(#ranked, materials, function(count)
-    return population:diversity(count == #ranked and ranked or diversity.top_half(ranked))
-  end)
-end
-
---- The same of robots of which `of_best(count)` measures the best ones.
----@param scored integer their number
----@param of_best fun(count: integer): limax.diversity
-function diversity.of_ranking(scored, materials, of_best)
-  if scored == 0 then return {} end
-  return { all = named(of_best(scored), materials),
-    top = named(of_best(math.ceil(scored / 2)), materials) }
+  if #ranked == 0 then return {} end
+  local of_ranks = type(population) == "function" and population
+  return {
+    all = named(of_ranks and of_ranks(#ranked) or population:diversity(ranked), materials),
+    top = named(of_ranks and of_ranks(math.ceil(#ranked / 2))
+      or population:diversity(diversity.top_half(ranked)), materials),
+  }
 end
 
 -- One measure of a script's scored population.
