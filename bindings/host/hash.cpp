@@ -50,7 +50,8 @@ int lua_hmac_sha256(lua_State* L) {
 int lua_xxh3(lua_State* L) {
     const std::string_view text = text_argument(L, 1);
     if (lua_isnoneornil(L, 2)) return push(L, xxh3(text));
-    return push(L, hash_digits(xxh3_sum(text, size_argument(L, 2, 1), 0)));
+    const std::size_t following = lua_isnoneornil(L, 3) ? 0 : size_argument(L, 3, 0);
+    return push(L, hash_digits(xxh3_sum(text, size_argument(L, 2, 1), following)));
 }
 
 }  // namespace

@@ -37,10 +37,16 @@ function source.read(path)
   return text
 end
 
---- The whole text of a regular file of a folder that may come from somebody else: a link is
---- refused.
+--- What is wrong with a file of a folder that may come from somebody else, where a link is refused.
+---@return string|nil message
+function source.foreign(path)
+  return host.file.exists(path, true) == "other" and path .. " is a link, or no file" or nil
+end
+
+--- The whole text of a regular file of such a folder.
 function source.read_own(path)
-  if host.file.exists(path, true) == "other" then return nil, path .. " is a link, or no file" end
+  local message = source.foreign(path)
+  if message then return nil, message end
   return source.read(path)
 end
 

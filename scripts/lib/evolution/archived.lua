@@ -181,22 +181,22 @@ end
 
 --- The archive of such data, whose genomes are divided among the ranks in equal parts.
 ---@param materials string[] their names
----@param genomes string|nil of all rows, on the first rank
 ---@param genes integer of each
-function archived.unpack(packed, materials, genomes, genes)
+---@param read (fun(count: integer): string)|nil genomes of the next rows, on the first rank
+function archived.unpack(packed, materials, genes, read)
   local entered, share = {}, division.share(#packed.rows, 0)
-  local own = division.deal(share, genomes, genes)
   for k, each in ipairs(packed.rows) do
     entered[k] = each.row
     archived.complete(each.row, assert(rows_file.read(each.robot, materials))[1])
     each.row[RANK] = division.owner(share, k)
-    local at = share:at(k)
-    if at then
-      each.row[GENOME] = ffi.new("float[?]", genes)
-      ffi.copy(each.row[GENOME], ffi.cast("const float *", own) + (at - 1) * genes,
-        genes * ffi.sizeof "float")
-    end
   end
+  division.deal(share, genes, read, function(memory, first, count)
+    for k = first + 1, first + count do
+      local genome = ffi.new("float[?]", genes)
+      ffi.copy(genome, memory + (k - first - 1) * genes, genes * ffi.sizeof "float")
+      entered[share:number(k)][GENOME] = genome
+    end
+  end)
   return changed(nil, entered, nil, packed.ranges)
 end
 

@@ -140,6 +140,9 @@ end
 
 -- ---- genomes of other ranks ---------------------------------------------------------------------
 
+-- Bytes of genomes that are read and sent at a time, at least those of one.
+local CHUNK = 2 ^ 24
+
 -- Does this rank run a function that all run at the same time, with the same arguments?
 local in_common = false
 
@@ -291,20 +294,30 @@ function division.collect_genomes(robots, all)
   send(own + share.elites * count, all and all + share.all_elites * count, share.ends.others)
 end
 
---- Gives each rank the genomes of its share, without elites, which rank 0 has. Collective.
----@param all string|nil float[robots * genes] of rank 0
----@return ffi.cdata*|string float[count * genes]
-function division.deal(share, all, count)
-  if exchange.count == 1 then return all end
-  local into = ffi.new("float[?]", share.count * count)
-  local sent, received = {}, {}
+--- Gives each rank the genomes of its share, without elites, which rank 0 reads. Collective.
+---@param each integer genes of a robot
+---@param read (fun(count: integer): string)|nil those of the next robots, on rank 0
+---@param put fun(memory: ffi.cdata*, first: integer, count: integer) takes so many after the first
+--- ones of this share
+function division.deal(share, each, read, put)
+  local size = each * ffi.sizeof "float"
+  local step = math.max(1, math.floor(CHUNK / size))
+  local memory = ffi.new("float[?]", step * each)
   for r, number in ipairs(counts_of(share.ends.others)) do
-    sent[r] = exchange.is_first and number or 0
-    received[r] = r == 1 and share.count or 0
+    local is_own = r == exchange.index + 1
+    for first = 0, number - 1, step do
+      local count = math.min(step, number - first)
+      local bytes = exchange.is_first and read(count) or nil
+      exchange.all(true) -- an error of rank 0 ends all here
+      local sent, received = {}, {}
+      for other = 1, exchange.count do
+        sent[other] = exchange.is_first and other == r and count or 0
+        received[other] = is_own and other == 1 and count or 0
+      end
+      exchange.trade(bytes, sent, memory, received, size)
+      if is_own then put(memory, first, count) end
+    end
   end
-  exchange.all(true)
-  exchange.trade(all, sent, into, received, count * ffi.sizeof "float")
-  return into
 end
 
 -- ---- parents ------------------------------------------------------------------------------------

@@ -43,13 +43,13 @@ end
 ---@return limax.population.scored
 function evolve.first(run)
   -- rank 0 reads it for all
-  local genomes
+  local reads
   local kept = exchange.first(function()
     local robots
-    robots, genomes = record.kept(run)
+    robots, reads = record.kept(run)
     return robots
   end)
-  if kept then return record.restore(run, kept, genomes) end
+  if kept then return record.restore(run, kept, reads) end
   local world, began = run.world, host.clock()
   local share = division.share(world.config.population, 0)
   local robots = generations.new(world, { generation = 0, rows = mating.initial(world, share),

@@ -6,6 +6,7 @@ local arrays = require "limax.evolution.arrays"
 local diversity = require "limax.run.diversity"
 local division = require "limax.evolution.division"
 local engine = require "limax.engine"
+local engine_population = require "limax.engine.population"
 local exchange = require "limax.base.exchange"
 local failure = require "limax.base.failure"
 local front = require "limax.experiment.front"
@@ -156,7 +157,8 @@ end
 function Stored:engine_of(robots)
   local made = robots.world:empty()
   self.folder:settle() -- it may be about to be written
-  made:set_genomes(self.folder:genomes(robots.repetition, robots.generation))
+  local read = self.folder:genomes(robots.repetition, robots.generation, made.genes)
+  for k = 0, made.count - 1 do engine_population.put_genomes(made, read(1), k, 1) end
   local rules = robots.world:rules(robots)
   rules.number = nil -- it has all robots
   genes.express(rules, made)
@@ -187,11 +189,17 @@ function record.write(run, robots)
   if run.on_generation then run.on_generation(robots.entry, robots.timing) end
 end
 
--- Makes a generation of plain data, with genomes and bodies of a share if `genomes` is not nil.
-local function rebuilt(run, kept, all, genomes)
+-- Makes a generation of plain data, with the genomes and bodies of a share if rank 0 reads genomes.
+---@param has_genomes? boolean
+---@param read? fun(count: integer): string of the next robots, on rank 0
+local function rebuilt(run, kept, all, has_genomes, read)
   local world, share = run.world, division.share(all.count, 0)
-  local own = genomes and world:empty_share(share)
-  if own then own:set_genomes(genomes) end
+  local own = has_genomes and world:empty_share(share)
+  if own then
+    division.deal(share, world.encoding.genes, read, function(memory, first, count)
+      engine_population.put_genomes(own, memory, first, count)
+    end)
+  end
   local robots = generations.new(world, { share = share, own = own,
     generation = kept.generation, rows = all,
     materials = world:materials_with(kept.metrics.materials), parameters = kept.metrics.parameters,
@@ -238,7 +246,8 @@ local function check_measured(run, robots)
   end
 end
 
--- The archive after the last generation of a folder, as plain data, and the genomes of its rows.
+-- The archive after the last generation of a folder, as plain data, and the genomes of its rows,
+-- read as those of a generation.
 local function read_archive(run, folder, last)
   local world, list, by_generation, genomes = run.world, nil, {}, {}
   for generation = 0, last do
@@ -251,20 +260,28 @@ local function read_archive(run, folder, last)
   end
   for generation, some in pairs(by_generation) do
     local all = folder:rows(world.repetition, generation)
+    local wanted = {}
+    for _, row in pairs(some) do wanted[row.index] = true end
+    local found = folder:genomes_of(world.repetition, generation, wanted,
+      world.encoding.genes)
     for k, row in pairs(some) do
       archived.complete(row, rows.single(all[row.index]))
-      genomes[k] = folder:genomes(world.repetition, generation, row.index)
+      genomes[k] = found[row.index]
     end
   end
-  return archived.pack(list), table.concat(genomes)
+  local last_read = 0
+  return archived.pack(list), function(count)
+    last_read = last_read + count
+    return table.concat(genomes, "", last_read - count + 1, last_read)
+  end
 end
 
 --- The last generation of a folder as plain data, for all ranks; nil if it has none. Fills the
 --- history with those before it.
 ---@param run limax.run of the first rank
 ---@return table|nil
----@return { robots: string, archive?: string }|nil genomes of all robots, and of the archive's, for
---- the first rank
+---@return { robots: function, archive: function|nil }|nil functions of how many are next that read
+--- the genomes of all robots, and of the archive's
 function record.kept(run)
   local folder, repetition = run.folder, run.world.repetition
   local last = folder and folder:last(repetition) or -1
@@ -272,34 +289,32 @@ function record.kept(run)
     local kept = folder:kept(repetition, generation)
     local entry = remember(run, kept.metrics, kept.ledger)
     if last - generation < history.genomes_kept and not run.world.is_divided then
-      entry.population = rebuilt(run, kept, folder:rows(repetition, generation),
-        folder:genomes(repetition, generation))
+      entry.population = rebuilt(run, kept, folder:rows(repetition, generation), true,
+        folder:genomes(repetition, generation, run.world.encoding.genes))
     end
   end
   if last < 0 then return nil end
   local kept = folder:kept(repetition, last)
   kept.robots = folder:robots(repetition, last)
-  local genomes = { robots = folder:genomes(repetition, last) }
-  if run.world.archive then kept.archive, genomes.archive = read_archive(run, folder, last) end
-  return kept, genomes
+  local reads = { robots = folder:genomes(repetition, last, run.world.encoding.genes) }
+  if run.world.archive then kept.archive, reads.archive = read_archive(run, folder, last) end
+  return kept, reads
 end
 
 --- Goes on from the last generation of a folder: it has its scores. Where the configuration changed
 --- since, elites are scored again.
 ---@param kept table of the first rank
----@param genomes table|nil those of record.kept, on the first rank
-function record.restore(run, kept, genomes)
-  local all, genes_count = read_rows(run, kept, kept.robots), run.world.encoding.genes
-  genomes = genomes or {}
-  local robots = rebuilt(run, kept, all,
-    division.deal(division.share(all.count, 0), genomes.robots, genes_count))
+---@param reads table|nil those of record.kept, on the first rank
+function record.restore(run, kept, reads)
+  reads = reads or {}
+  local robots = rebuilt(run, kept, read_rows(run, kept, kept.robots), true, reads.robots)
   check_measured(run, robots)
   run.evaluations = kept.evaluations
   robots.outdated = not kept.scores_valid or nil
   robots.scored_with, robots.scored_by = run.world.fitness, run.world.fitness
   if run.world.archive then
     robots.remembered = archived.unpack(kept.archive, run.world:material_names(),
-      genomes.archive, genes_count)
+      run.world.encoding.genes, reads.archive)
     robots.archive = archived.shown(robots.remembered)
     if robots.outdated then
       run.world.say "the archive keeps scores and descriptors from before the change"

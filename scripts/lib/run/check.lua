@@ -4,6 +4,7 @@
 local config = require "limax.run.config"
 local files = require "limax.run.files"
 local host = require "limax.host"
+local parts = require "limax.run.parts"
 local sealed = require "limax.base.sealed"
 local source = require "limax.base.source"
 local terminal = require "limax.base.terminal"
@@ -15,15 +16,16 @@ local function add(damage, file, reason, repetition, generation)
     generation = generation })
 end
 
--- The text of a file, of a size if one is wanted; nil if it cannot be read, which is then added.
-local function read(folder, damage, file, repetition, generation, wanted)
+-- The text of a file, or what `get` makes of it, of a size if one is wanted; nil if it cannot be
+-- read, which is then added.
+local function read(folder, damage, file, repetition, generation, wanted, get)
   local size = wanted and source.size(folder.path .. "/" .. file)
   if size and size ~= wanted then
     add(damage, file, ("has %d bytes instead of %d"):format(size, wanted), repetition, generation)
     return nil
   end
-  local text, message, missing = source.read_own(folder.path .. "/" .. file)
-  if text then return text end
+  local text, message, missing = (get or source.read_own)(folder.path .. "/" .. file)
+  if text ~= nil then return text end
   add(damage, file, missing and "is missing"
     or ("could not be read (%s)"):format(message:match "([^:]*)$":gsub("^ ", "")), repetition,
     generation)
@@ -103,8 +105,9 @@ function check.folder(folder)
   check_configurations(folder, damage)
   check_transcript(folder, damage)
   folder:each_file(function(_, place, part, entry)
-    local text = read(folder, damage, place, entry.repetition, entry.generation, part[1])
-    if text and host.xxh3(text, part[3]) ~= part[2] then
+    local whole = read(folder, damage, place, entry.repetition, entry.generation, part[1],
+      function(path) return parts.is_whole(path, part) end)
+    if whole == false then
       add(damage, place, "does not match its hash", entry.repetition, entry.generation)
     end
   end)

@@ -11,6 +11,7 @@ local files = require "limax.run.files"
 local host = require "limax.host"
 local journal = require "limax.run.journal"
 local npy = require "limax.base.npy"
+local parts = require "limax.run.parts"
 local record_rules = require "limax.settings.record_rules"
 local records = require "limax.settings.records"
 local rows_file = require "limax.robot.rows_file"
@@ -213,10 +214,14 @@ function Reader:has_robots(repetition, generation)
   return entry ~= nil and (not entry.recent or generation > self:last(repetition) - files.RECENT)
 end
 
---- The bytes of a file of a generation.
----@return string
+local function mismatch(path)
+  damaged(path, ("does not match its size and hash in %s"):format(journal.FILE))
+end
+
+--- What the journal states of a file of a generation: bytes, hash, and of an array those of a row.
+---@return any[]
 ---@return string path
-function Reader:file(kind, repetition, generation)
+function Reader:part(kind, repetition, generation)
   self:settle()
   local path = ("%s/%s"):format(self.path, files.place(kind, repetition, generation))
   local entry = self.journal:entry(repetition, generation)
@@ -228,14 +233,26 @@ function Reader:file(kind, repetition, generation)
   if (source.size(path) or part[1]) ~= part[1] then
     damaged(path, ("has not the size that %s states"):format(journal.FILE))
   end
-  local text, message, missing = source.read_own(path)
-  if not text and missing and entry.recent then
+  return part, path
+end
+
+-- Ends the command: a file of a generation cannot be read.
+local function unreadable(self, path, message, missing, repetition, generation)
+  local entry = self.journal:entry(repetition, generation)
+  if missing and entry.recent then
     failure.raise(1, ("%s is not kept%s"):format(path, why_missing(entry)))
-  elseif not text then
-    failure.raise_damaged(message)
-  elseif #text ~= part[1] or host.xxh3(text, part[3]) ~= part[2] then
-    damaged(path, ("does not match its size and hash in %s"):format(journal.FILE))
   end
+  failure.raise_damaged(message)
+end
+
+--- The bytes of a file of a generation.
+---@return string
+---@return string path
+function Reader:file(kind, repetition, generation)
+  local part, path = self:part(kind, repetition, generation)
+  local text, message, missing = source.read_own(path)
+  if not text then unreadable(self, path, message, missing, repetition, generation) end
+  if #text ~= part[1] or host.xxh3(text, part[3]) ~= part[2] then mismatch(path) end
   return text, path
 end
 
@@ -261,16 +278,56 @@ function Reader:rows(repetition, generation)
   return all
 end
 
---- The genomes of a generation, or of one robot.
----@return string float32 [robot][gene], or [gene]
-function Reader:genomes(repetition, generation, index)
+-- The bytes of a generation's genomes by a function of how many robots come next, and those of one.
+-- Of folders from before arrays had sums of hashes all are read at once.
+local function genomes_at_once(self, repetition, generation, genes)
   local bytes, path = self:file("genomes", repetition, generation)
   local array, message = npy.decode(bytes)
   if not array then damaged(path, message) end
-  local width = array.shape[2] and array.shape[2] * ffi.sizeof "float" or 0
-  if array.kind ~= "<f4" or width == 0 then damaged(path, "holds no genomes") end
-  if not index then return array.data end
-  return array.data:sub((index - 1) * width + 1, index * width)
+  local robots, width, at = array.shape[1], array.shape[2], 0
+  if array.kind ~= "<f4" or robots ~= self.config.population or not width
+    or width ~= (genes or width) then
+    damaged(path, "does not hold the run's genomes")
+  end
+  width = width * ffi.sizeof "float"
+  return function(count)
+    at = at + count * width
+    return array.data:sub(at - count * width + 1, at)
+  end
+end
+
+--- Opens the genomes of a generation, whose hash is checked when the last one is read.
+---@param genes? integer that each must have
+---@return fun(count: integer): string bytes of the genomes of the next robots
+function Reader:genomes(repetition, generation, genes)
+  local part, path = self:part("genomes", repetition, generation)
+  if not part[3] then return genomes_at_once(self, repetition, generation, genes) end
+  local file, message, missing = parts.open(path, part)
+  if not file then unreadable(self, path, message, missing, repetition, generation) end
+  genes = genes or part[3] / ffi.sizeof "float"
+  local header = npy.header("<f4", { self.config.population, genes })
+  if part[1] ~= #header + self.config.population * genes * ffi.sizeof "float"
+    or part[3] ~= genes * ffi.sizeof "float" or file:read(#header) ~= header then
+    damaged(path, "does not hold the run's genomes")
+  end
+  return function(count)
+    local bytes = file:read(count * part[3])
+    if #bytes < count * part[3] or file.left == 0 and not file:close() then mismatch(path) end
+    return bytes
+  end
+end
+
+--- The genomes of some robots of a generation.
+---@param wanted table<integer, any> keys are the robots' indices
+---@param genes? integer that each must have
+---@return table<integer, string>
+function Reader:genomes_of(repetition, generation, wanted, genes)
+  local read, found = self:genomes(repetition, generation, genes), {}
+  for i = 1, self.config.population do
+    local bytes = read(1)
+    if wanted[i] ~= nil then found[i] = bytes end
+  end
+  return found
 end
 
 --- The values from which a run continues after a generation, besides its robots.

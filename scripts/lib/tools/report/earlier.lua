@@ -43,7 +43,8 @@ function earlier.robot(run, id)
   local description, message = runs.description(run, line)
   if not description then failure.raise(1, message) end
   local genome, control = config.genome, {}
-  local numbers = bytes.unpack("float", run.folder:genomes(run.repetition, generation, index))
+  local genomes = run.folder:genomes_of(run.repetition, generation, { [index] = true })
+  local numbers = bytes.unpack("float", genomes[index])
   for k = #(description.control or {}), 1, -1 do control[k] = table.remove(numbers) end
   description.control = control[1] and control
   local body = genome.body and description or robot_of_genome.describe { genome = numbers,
