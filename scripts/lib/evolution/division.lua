@@ -520,7 +520,6 @@ function division.parents(robots, sources, whole, chosen, of_archive, archive)
         ffi.copy(to + (k - 1) * each, archive.genome(place), each * ffi.sizeof "float")
       end
     end)
-  rows.show(robots.rows, foreign)
   for k, i in ipairs(foreign) do at[i] = k end
   for k, row in ipairs(archived) do at[row] = #foreign + k end
   for _, i in ipairs(sources) do

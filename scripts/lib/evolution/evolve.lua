@@ -26,13 +26,14 @@ local supervision = require "limax.supervise.supervision"
 local Run = runs.methods
 local evolve = {}
 
--- Makes the bodies of new genomes. A GPU begins to step them while the host describes them and
--- writes the last generation.
+-- Makes the bodies of new genomes. A GPU begins to step them while the host makes their rows,
+-- describes them, and writes the last generation.
 local function express(run, robots)
   local began = host.clock()
   genes.express(run.world:rules(robots), robots.own)
   -- an own loop may still change bodies
   if run.ahead then run.ahead(robots) end
+  if not robots.rows then generations.add_objects(robots) end
   rows.describe(robots.rows, robots.own, robots.materials,
     function(k) return robots.share:number(k) end)
   robots.timing.express = host.clock() - began - robots.timing.simulate

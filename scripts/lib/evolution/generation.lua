@@ -54,7 +54,8 @@ local class = { methods = Population }
 -- is the generation of an island. `waiting` is the number of robots of all ranks that had no
 -- status when they were bred, `failed` are numbers of robots that failed, and `coarse` is that of
 -- those one of whose masses moved farther than a tenth of an edge in one step. `count` is the size
--- of a list that has only the robots of this rank and a few of others.
+-- of a list that has only the robots of this rank and a few of others. `bear` makes the rows where
+-- there are none yet, of which the first `kept` ones of this share will have a status.
 local FIELDS, OF_LOOP = {}, {}
 for name in ([[ranked generation repetition parameters engine materials rows trials archive
     evaluations timing island state]]):gmatch "%S+" do
@@ -62,7 +63,7 @@ for name in ([[ranked generation repetition parameters engine materials rows tri
 end
 for name in ([[world before decided going simulations traces unscored scored_with scored_by outdated
     state_text remembered choice entry line places parents stored waits own share best fetched
-    diversity coarse failed whole waiting count]]):gmatch "%S+" do
+    diversity coarse failed whole waiting count bear kept]]):gmatch "%S+" do
   OF_LOOP[name] = true
 end
 
@@ -100,14 +101,14 @@ function generation.free(simulations, why)
 end
 
 --- Makes a generation from its fields: those of limax.population.scored, `before` and `decided`.
----@param fields table with `own`, or without genomes
+---@param fields table with `own`, or without genomes, and with `rows` or `bear`
 ---@return limax.population.scored
 function generation.new(world, fields)
-  local only_own = fields.rows.only_own
-  local robots = setmetatable(new_table(only_own and 0 or fields.rows.count, 32), class)
+  local total = fields.share and fields.share.total or fields.rows.count
+  local has_all = world.shows_all or fields.rows and not fields.rows.only_own
+  local robots = setmetatable(new_table(has_all and total or 0, 32), class)
   for key, value in pairs(fields) do rawset(robots, key, value) end
-  robots.count = only_own and fields.rows.count or nil
-  robots.share = robots.share or division.share(robots.rows.count, 0)
+  robots.share = robots.share or division.share(total, 0)
   if robots.own and not world.is_divided then robots.engine = robots.own end
   robots.world, robots.simulations, robots.repetition = world, {}, world.repetition
   robots.before = robots.before or {}
@@ -115,11 +116,19 @@ function generation.new(world, fields)
   robots.evaluations = robots.evaluations or 0
   robots.timing = robots.timing or {}
   robots.timing.simulate, robots.timing.fitness = 0, 0
-  for k = 1, only_own and robots.share.count or robots.rows.count do
-    local i = only_own and robots.share:number(k) or k
+  if robots.rows then generation.add_objects(robots) end
+  return robots
+end
+
+--- Makes the objects of the robots, after their rows if these are still to be made.
+function generation.add_objects(robots)
+  if robots.bear then robots.rows, robots.bear = robots.bear(), nil end
+  local all, share = robots.rows, robots.share
+  robots.count = all.only_own and all.count or nil
+  for k = 1, all.only_own and share.count or all.count do
+    local i = all.only_own and share:number(k) or k
     robots[i] = scored_robot.of(robots, i)
   end
-  return robots
 end
 
 --- Makes the objects of robots of other ranks, whose rows were lent, where there are none.
@@ -229,13 +238,13 @@ local function masked(count, list, place_of)
   return mask, at
 end
 
--- Finds the robots to simulate here: those of this rank without a status (elites keep theirs).
+-- Finds the robots to simulate here: those of this rank without a status (elites may keep theirs).
 -- Returns also the number of robots without a status on all ranks.
 local function unsimulated(robots)
-  local which, share = {}, robots.share
-  for k = 1, share.count do
+  local which, share, all = {}, robots.share, robots.rows
+  for k = all and 1 or robots.kept + 1, share.count do
     local i = share:number(k)
-    if rows.is_waiting(robots.rows, i) then which[#which + 1] = i end
+    if not all or rows.is_waiting(all, i) then which[#which + 1] = i end
   end
   local count = robots.world.is_divided and (robots.waiting or 0) or #which
   robots.unscored = robots.world.is_divided and count > 0

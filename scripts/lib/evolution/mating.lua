@@ -179,7 +179,7 @@ end
 
 ---@class limax.mating.parents of the robots of a share
 ---@field engine limax.population genomes
----@field rows limax.row[] of those genomes, by their places
+---@field rows limax.row[]|nil of those genomes, by their places, if they are wanted
 ---@field pairs integer[][] two indices of these for each robot of the share
 
 -- The row of a parent.
@@ -188,9 +188,15 @@ local function row_of(robots, source)
   return robots.rows[source]
 end
 
+-- The id of a parent.
+local function id_of(robots, source)
+  if type(source) == "table" then return archived.robot(robots.remembered, source).id end
+  return rows.id(robots.rows, source)
+end
+
 -- The parents of the robots of a share. If some are rows of the archive, or robots of other ranks,
 -- the genomes that the pairs need are copied into a population of their own.
-local function parents_of(robots, share, chosen)
+local function parents_of(robots, share, chosen, with_rows)
   local own, needed, of_archive, has, whole = {}, {}, {}, {}, 0
   for k = 1, share.count do
     own[k] = chosen.parents[share:number(k)]
@@ -205,11 +211,14 @@ local function parents_of(robots, share, chosen)
   if not (of_archive[1] or robots.world.is_divided) then
     return { engine = robots.own, rows = robots.rows, pairs = own }
   end
-  local found = {}
+  local found = with_rows and {} or nil
   local from, at = division.parents(robots, needed, whole, chosen.digest, of_archive, {
     where = function(row) return archived.where(robots.remembered, row) end,
     genome = function(place) return archived.genome(robots.remembered, place) end })
-  for source, k in pairs(at) do found[k] = row_of(robots, source) end
+  if found then
+    rows.show(robots.rows, needed)
+    for source, k in pairs(at) do found[k] = row_of(robots, source) end
+  end
   for k, pair in ipairs(own) do own[k] = { at[pair[1]], at[pair[2]] } end
   return { engine = from, rows = found, pairs = own }
 end
@@ -233,8 +242,8 @@ local function rows_of(robots, share, chosen, keep)
   for k = share.elites + 1, share.count do
     local i = share:number(k)
     local pair = chosen.parents[i]
-    rows.bear(all, i, generation, generation * all.count + i, row_of(robots, pair[1]).id,
-      row_of(robots, pair[2]).id)
+    rows.bear(all, i, generation, generation * all.count + i, id_of(robots, pair[1]),
+      id_of(robots, pair[2]))
   end
   if robots.world.is_divided and robots.world.shows_all then
     for i = #chosen.elites + 1, all.count do
@@ -281,18 +290,21 @@ function mating.initial(world, share)
   return all
 end
 
---- The generation after a scored one: its genomes and rows, whose bodies are still to be expressed.
+--- The generation after a scored one, whose bodies are still to be expressed. It has rows at once
+--- only if functions that breed read them: a GPU may begin its work before they are made.
 ---@param decided limax.supervision.decided with `same_materials`: are they those of `robots`?
 ---@param chosen limax.chosen
 function mating.breed(world, robots, decided, chosen)
   local materials = robots.materials
   if not decided.same_materials then materials = world:materials_with(decided.fields) end
   local share = division.share(robots.share.total, chosen.of_islands or #chosen.elites)
-  local parents = parents_of(robots, share, chosen)
+  local with_rows = genes.breeds_in_script(world.experiment.variation)
+  local parents = parents_of(robots, share, chosen, with_rows)
   -- an elite keeps its score under the same materials, in the same trials
   local keep = decided.same_materials and world.trials(robots.generation + 1) == robots.trials
     and not robots.outdated
-  local all = rows_of(robots, share, chosen, keep)
+  local function bear() return rows_of(robots, share, chosen, keep) end
+  local all = (with_rows or world.experiment.survival.ages) and bear() or nil
   local rules = world:rules { materials = materials, parameters = decided.parameters,
     state = rawget(robots, "state"), share = share }
   local bred = genes.breed(rules, { generation = robots.generation + 1, elites = share.elites,
@@ -302,8 +314,9 @@ function mating.breed(world, robots, decided, chosen)
     genes.initialize(rules, bred, places, robots.generation + 1)
   end
   if parents.engine ~= robots.own then parents.engine:free() end
-  return generations.new(world, { generation = robots.generation + 1, rows = all, own = bred,
-    share = share, waiting = all.count - (keep and #chosen.elites or 0), materials = materials,
+  return generations.new(world, { generation = robots.generation + 1, rows = all,
+    bear = not all and bear or nil, own = bred, share = share, kept = keep and share.elites or 0,
+    waiting = share.total - (keep and #chosen.elites or 0), materials = materials,
     parameters = decided.parameters, archive = robots.archive,
     before = { state = rawget(robots, "state"), archive = robots.remembered,
       scored_with = robots.scored_with }, decided = decided })

@@ -85,20 +85,25 @@ function genes.express(rules, population, first, count)
     { require_muscle = rules.require_muscle, largest_part = true }, first, count)
 end
 
+--- Does breeding call functions for the robots, which read rows? The engine does it otherwise.
+function genes.breeds_in_script(variation)
+  return (variation.mutation.call or variation.crossover.call) ~= nil
+end
+
 ---@class limax.genes.plan
 ---@field generation integer of the offspring
 ---@field elites integer number of robots that are copied, which come first
 ---@field pairs integer[][] two indices into the parents for each robot
 ---@field parents limax.population of the engine
----@field rows limax.row[] by the number in the generation
----@field parent_rows limax.row[]
+---@field rows limax.row[]|nil by the number in the generation; nil unless `breeds_in_script`
+---@field parent_rows limax.row[]|nil likewise
 
 --- Breeds a population: elites are copies, the others cross and mutate.
 function genes.breed(rules, plan)
   local population, parameters = rules.empty(), rules.parameters
   local mutation, crossover = rules.variation.mutation, rules.variation.crossover
   -- the engine crosses before it mutates, so it mutates now only where no script comes in between
-  local in_script = mutation.call or crossover.call
+  local in_script = genes.breeds_in_script(rules.variation)
   local mutates = not (in_script or mutation.none)
   population:breed(plan.parents, plan.pairs, {
     mutation_rate = mutates and parameters.mutation_rate or 0,

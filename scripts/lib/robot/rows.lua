@@ -172,6 +172,12 @@ function rows.is_waiting(self, i)
   return array.data[at].status[0] == 0
 end
 
+--- The id of robot i.
+function rows.id(self, i)
+  local array, at = row.held(self, i)
+  return tonumber(array.data[at].id)
+end
+
 --- The hash of robot i's body.
 ---@return ffi.cdata* uint64_t
 function rows.hash(self, i)

@@ -89,7 +89,8 @@ return {
     return function(history)
       local now = history[#history]
       local p = now.parameters
-      local count = #now.population
+      -- a rank of mpirun may have only its own robots in the list
+      local count = now.population.count or #now.population
 
       local failed = failures(now)
       if #history > 1 and failed > 0.5 * count then

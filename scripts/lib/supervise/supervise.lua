@@ -27,7 +27,7 @@ local supervise = strict.module "limax.supervise"
 ---@field make? fun(options: table): limax.supervisor.law a function of a history that is not empty
 ---@field start? fun(options: table, run: limax.run, fallback: limax.supervisor|nil):
 --- limax.supervisor.session for supervisors with state between generations
----@field reads_robots? boolean does `make`'s law read more of a robot than its number and scores?
+---@field reads_robots? boolean does `make`'s law read robots, and not only how many there are?
 ---@field unfit? fun(options: table, config: table): string|nil why it cannot serve this experiment
 ---@field changes? fun(options: table): string[] the fields that it may set; all that an experiment
 --- allows if left out
@@ -61,7 +61,7 @@ supervise.parameters = proposals.parameters
 ---@field call limax.supervisor.law|nil
 ---@field start (fun(run: limax.run): limax.supervisor.session)|nil instead of `call`
 ---@field own boolean|nil is it the user's own function?
----@field reads_robots boolean|nil may it read more of a robot than its number and scores?
+---@field reads_robots boolean|nil may it read robots, and not only how many there are?
 ---@field unfit? fun(config: table): string|nil why it cannot serve this experiment
 ---@field note? fun(config: table): string|nil what is probably unintended in this experiment
 ---@field changes string[]|nil the fields that it may set; nil for all that an experiment allows
