@@ -156,10 +156,9 @@ function archived.robot(self, shown)
   return row and self.members[row] and row[ROBOT] or nil
 end
 
---- Where the genome of such a row is.
----@return integer rank from 1
----@return integer place in the list
-function archived.where(self, shown) return shown[SHOWN][RANK], self.members[shown[SHOWN]] end
+--- The rank that has the genome of such a row, from 1, and the row's place in the list.
+function archived.rank(shown) return shown[SHOWN][RANK] end
+function archived.place(self, shown) return self.members[shown[SHOWN]] end
 
 --- The genome of a row that this rank has.
 ---@param place integer in the list

@@ -451,42 +451,26 @@ local function trade_rows(robots, messages, counts, list)
   rows.lend(all, list, arriving)
 end
 
--- Those of the first robots of a list that other ranks have, by rank and in order, and how many of
--- each.
-local function foreign_of(share, list, first)
-  local keys, numbers, foreign, counts = {}, {}, {}, {}
-  for r = 1, exchange.count do counts[r] = 0 end
-  for place = 1, first do
-    local i = list[place]
-    if not share:at(i) then
-      local r = division.owner(share, i)
-      counts[r] = counts[r] + 1
-      numbers[#numbers + 1], keys[#keys + 1] = i, r * share.total + i
-    end
+-- What ranks have of a list, those of the first rank first, and how many each has.
+---@param last integer only up to this place of the list
+---@param rank_of fun(item: any): integer|nil from 1; nil leaves an item out
+local function by_rank(list, last, rank_of)
+  local groups, sorted, counts = {}, {}, {}
+  for r = 1, exchange.count do groups[r] = {} end
+  for k = 1, last do
+    local rank = rank_of(list[k])
+    if rank then table.insert(groups[rank], list[k]) end
   end
-  for k, place in ipairs(sorting.ascending(keys)) do foreign[k] = numbers[place] end
-  return foreign, counts
-end
-
--- Rows of the archive, those first whose genomes the first rank has, their places in the archive,
--- and how many each rank has.
-local function by_rank(list, where)
-  local ranks, sorted, places, counts = {}, {}, {}, {}
-  for r = 1, exchange.count do counts[r] = 0 end
-  for k, row in ipairs(list) do
-    ranks[k] = where(row)
-    counts[ranks[k]] = counts[ranks[k]] + 1
+  for r, group in ipairs(groups) do
+    counts[r] = #group
+    for _, item in ipairs(group) do sorted[#sorted + 1] = item end
   end
-  for k, place in ipairs(sorting.ascending(ranks)) do
-    sorted[k] = list[place]
-    places[k] = select(2, where(sorted[k]))
-  end
-  return sorted, places, counts
+  return sorted, counts
 end
 
 ---@class limax.division.archive the genomes of an archive
----@field where fun(row: limax.archive.row): integer, integer the rank that has its genome, from 1,
---- and its place in the archive
+---@field rank fun(row: limax.archive.row): integer that has its genome, from 1
+---@field place fun(row: limax.archive.row): integer in the archive
 ---@field genome fun(place: integer): ffi.cdata* float[genes] of one that this rank has
 
 --- The genomes from which this rank breeds, of robots and of the archive. Collective.
@@ -500,9 +484,12 @@ end
 ---@return table<integer|limax.archive.row, integer> places there by number of the generation or row
 function division.parents(robots, sources, whole, chosen, of_archive, archive)
   local share, own_state, at = robots.share, rawget(robots, "state"), {}
-  local foreign, counts = foreign_of(share, sources, #sources)
-  local lent, lent_counts = foreign_of(share, sources, whole)
-  local archived, archived_places, archived_counts = by_rank(of_archive, archive.where)
+  local function other_rank(i) return not share:at(i) and division.owner(share, i) or nil end
+  local foreign, counts = by_rank(sources, #sources, other_rank)
+  local lent, lent_counts = by_rank(sources, whole, other_rank)
+  local archived, archived_counts = by_rank(of_archive, #of_archive, archive.rank)
+  local archived_places = {}
+  for k, row in ipairs(archived) do archived_places[k] = archive.place(row) end
   local messages = exchange.all { parents = chosen, state = own_state and state.encode(own_state),
     genomes = request_of(foreign, counts), rows = request_of(lent, lent_counts),
     archived = request_of(archived_places, archived_counts) }

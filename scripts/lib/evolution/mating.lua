@@ -213,7 +213,8 @@ local function parents_of(robots, share, chosen, with_rows)
   end
   local found = with_rows and {} or nil
   local from, at = division.parents(robots, needed, whole, chosen.digest, of_archive, {
-    where = function(row) return archived.where(robots.remembered, row) end,
+    rank = archived.rank,
+    place = function(row) return archived.place(robots.remembered, row) end,
     genome = function(place) return archived.genome(robots.remembered, place) end })
   if found then
     rows.show(robots.rows, needed)
