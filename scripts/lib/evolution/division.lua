@@ -337,30 +337,22 @@ local function compare(generation, messages)
   end
 end
 
--- The bytes of whole numbers: a message of many is read without a value for each.
-local function bytes_of(list)
-  return ffi.string(ffi.new("int32_t[?]", math.max(1, #list), list), 4 * #list)
-end
-
--- What a rank asks of others, for a message: numbers of robots in the generation, and how many are
--- of each rank.
-local function request_of(list, counts)
-  return { counts = bytes_of(counts), robots = bytes_of(list) }
-end
-
--- The numbers that ranks asked this one for, one rank after the other, and how many each did.
----@param what "genomes"|"rows"|"archived"
-local function asked_for(messages, what)
-  local numbers, counts = {}, {}
-  for r, message in ipairs(messages) do
-    local request, first = message[what], 0
-    local list = ffi.cast("const int32_t *", request.robots)
-    local asked = ffi.cast("const int32_t *", request.counts)
-    for other = 0, exchange.index - 1 do first = first + asked[other] end
-    counts[r] = asked[exchange.index]
-    for k = first, first + counts[r] - 1 do numbers[#numbers + 1] = list[k] end
-  end
-  return numbers, counts
+-- Tells ranks what this one asks of them, and receives what they ask of it. Collective, as a trade.
+---@param list integer[] numbers, those of the first rank first
+---@param counts integer[] of each rank
+---@return integer[] numbers that ranks asked this one for, one rank after the other
+---@return integer[] how many each did
+local function ask(list, counts)
+  local ones, numbers, sent, total = {}, {}, {}, 0
+  local own = ffi.new("int32_t[?]", exchange.count, counts)
+  local asked = ffi.new("int32_t[?]", exchange.count)
+  for r = 1, exchange.count do ones[r] = 1 end
+  exchange.trade(own, ones, asked, ones, 4)
+  for r = 1, exchange.count do sent[r], total = asked[r - 1], total + asked[r - 1] end
+  local into = ffi.new("int32_t[?]", total + 1)
+  exchange.trade(ffi.new("int32_t[?]", #list + 1, list), counts, into, sent, 4)
+  for k = 1, total do numbers[k] = into[k - 1] end
+  return numbers, sent
 end
 
 -- Copies genomes into a population, from its robot `first` on, by breeding elites: those of a GPU
@@ -418,17 +410,13 @@ local function gather_genomes(robots, list, to)
   end
 end
 
--- Sends genomes to the ranks that asked for them, and receives those that this one asked for. Does
--- nothing where none asked.
----@param what "genomes"|"archived"
----@param counts integer[] how many this rank asked for, of each rank
----@param to ffi.cdata* float[asked for][genes]
----@param write fun(list: integer[], to: ffi.cdata*) those that were asked for by these numbers
-local function trade_genomes(robots, messages, what, counts, to, write)
-  local is_asked = false
-  for _, message in ipairs(messages) do is_asked = is_asked or message[what].robots ~= "" end
-  if not is_asked then return end
-  local numbers, sent = asked_for(messages, what)
+-- Receives genomes from other ranks, and sends those that they ask for. Collective, as a trade.
+---@param list integer[] numbers that this rank asks for, those of the first rank first
+---@param counts integer[] of each rank
+---@param to ffi.cdata* float[#list][genes]
+---@param write fun(numbers: integer[], to: ffi.cdata*) those that other ranks asked for
+local function trade_genomes(robots, list, counts, to, write)
+  local numbers, sent = ask(list, counts)
   local size, device = robots.own.genes * ffi.sizeof "float", robots.world.device
   local from = memory_of(ways.sent, #numbers * size, device)
   write(numbers, from)
@@ -438,11 +426,9 @@ local function trade_genomes(robots, messages, what, counts, to, write)
 end
 
 -- The same of whole rows.
----@param list integer[] robots that this rank asked for
-local function trade_rows(robots, messages, counts, list)
+local function trade_rows(robots, list, counts)
   local all, share = robots.rows, robots.share
-  if not all.share then return end
-  local numbers, sent = asked_for(messages, "rows")
+  local numbers, sent = ask(list, counts)
   local leaving = structured.new(all.layout, math.max(1, #numbers))
   local arriving = structured.new(all.layout, math.max(1, #list))
   for k, i in ipairs(numbers) do structured.copy(leaving, k - 1, all, share:at(i) - 1, 1) end
@@ -490,23 +476,31 @@ function division.parents(robots, sources, whole, chosen, of_archive, archive)
   local archived, archived_counts = by_rank(of_archive, #of_archive, archive.rank)
   local archived_places = {}
   for k, row in ipairs(archived) do archived_places[k] = archive.place(row) end
-  local messages = exchange.all { parents = chosen, state = own_state and state.encode(own_state),
-    genomes = request_of(foreign, counts), rows = request_of(lent, lent_counts),
-    archived = request_of(archived_places, archived_counts) }
-  compare(robots.generation + 1, messages)
   local count, places = #foreign + #archived, {}
   local each, device = robots.own.genes, robots.world.device
   local arrived = memory_of(ways.received, count * each * ffi.sizeof "float", device)
-  trade_genomes(robots, messages, "genomes", counts, arrived, function(list, to)
-    gather_genomes(robots, list, to)
-  end)
-  trade_rows(robots, messages, lent_counts, lent)
-  trade_genomes(robots, messages, "archived", archived_counts, arrived + #foreign * each,
-    function(list, to)
+  local messages = exchange.all { parents = chosen, state = own_state and state.encode(own_state),
+    genomes = #foreign, rows = #lent, archived = #archived }
+  compare(robots.generation + 1, messages)
+  local total = { genomes = 0, rows = 0, archived = 0 }
+  for _, message in ipairs(messages) do
+    for what, sum in pairs(total) do total[what] = sum + message[what] end
+  end
+  if total.genomes > 0 then
+    trade_genomes(robots, foreign, counts, arrived, function(list, to)
+      gather_genomes(robots, list, to)
+    end)
+  end
+  -- a rank whose rows are those of all has been sent them (division.complete)
+  if total.rows > 0 and robots.rows.share then trade_rows(robots, lent, lent_counts) end
+  if total.archived > 0 then
+    local function write(list, to)
       for k, place in ipairs(list) do
         ffi.copy(to + (k - 1) * each, archive.genome(place), each * ffi.sizeof "float")
       end
-    end)
+    end
+    trade_genomes(robots, archived_places, archived_counts, arrived + #foreign * each, write)
+  end
   for k, i in ipairs(foreign) do at[i] = k end
   for k, row in ipairs(archived) do at[row] = #foreign + k end
   for _, i in ipairs(sources) do
