@@ -236,7 +236,7 @@ records.timing = {
     unit = "s" },
   { "seconds.breed", "number", "selection, crossover and mutation, or the initial genomes",
     unit = "s" },
-  { "seconds.express", "number", "genomes to bodies", unit = "s" },
+  { "seconds.express", "number", "genomes to bodies, and their rows", unit = "s" },
   { "seconds.simulate", "number", "that the host spent on it or waited for it; a GPU already steps"
     .. " while the files of the generation before are written", unit = "s" },
   { "seconds.fitness", "number", "the fitness, and what archive and survival measure", unit = "s" },
