@@ -105,7 +105,6 @@ end
 ---@param bytes integer of an item
 ---@param owner? any keeps the memory
 function ranks.trade(out, sent, into, received, bytes, owner)
-  if ranks.count == 1 then return ffi.copy(into, out, sent[1] * bytes) end
   local function counts(list) return ffi.new("int[?]", ranks.count, list) end
   local a, b = counts(sent), counts(received)
   ffi.C.limax_ranks_trade(out, a, into, b, bytes)

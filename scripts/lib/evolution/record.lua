@@ -211,7 +211,9 @@ end
 
 local function read_rows(run, kept, bytes)
   local all, message = rows_file.read(bytes, run.world:material_names())
-  if all then return all end
+  local wanted = run.world.config.population
+  if all and all.count == wanted then return all end
+  message = message or ("holds %d robots; the run has %d"):format(all.count, wanted)
   failure.raise_damaged(("generation %d of repetition %d: its array of robots %s"):format(
     kept.generation, run.world.repetition, message))
 end

@@ -32,10 +32,12 @@ function parts.open(path, part)
     Parts)
 end
 
---- The next bytes, as many that whole rows are left: fewer where the file ends.
+--- The next bytes, as many that whole rows are left: fewer where the file ends, or the bytes that
+--- the journal states.
 function Parts:read(size)
+  if size > self.left then return "" end
   local text = self.file:read(size) or ""
-  self.left = self.left - size
+  self.left, self.is_short = self.left - size, self.is_short or #text < size
   local digits = host.xxh3(text, self.row, self.left / self.row)
   self.sum = self.sum + ffi.cast("uint64_t", tonumber(digits:sub(1, 8), 16)) * 2ULL ^ 32
     + tonumber(digits:sub(9), 16)
@@ -47,7 +49,7 @@ function Parts:step() return math.max(1, math.floor(CHUNK / self.row)) end
 
 --- Closes the file. Had it the bytes that the journal states?
 function Parts:close()
-  local ends = self.left == 0 and not self.file:read(1)
+  local ends = self.left == 0 and not self.is_short and not self.file:read(1)
   self.file:close()
   return ends and bit.tohex(self.sum, 16) == self.hash
 end

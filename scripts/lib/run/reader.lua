@@ -274,6 +274,10 @@ end
 function Reader:rows(repetition, generation)
   local bytes, path = self:file("robots", repetition, generation)
   local all, message = rows_file.read(bytes, materials_of(self))
+  if all and all.count ~= self.config.population then
+    message = ("holds %d robots; the run has %d"):format(all.count, self.config.population)
+    all = nil
+  end
   if not all then damaged(path, message) end
   return all
 end

@@ -188,6 +188,27 @@ suite:test("a damaged configuration is refused with its field", function(t)
 end)
 
 -- A line from somebody else may match its hash and still be no line of a run.
+suite:test("an array of other robots than the population is refused", function(t)
+  local base = t:folder()
+  write_experiment(base, 1)
+  process.completes(t, base, { "run", "tiny.lua", "-q", "--out", "r", "--repetition", "1" })
+  local path = base .. "/r/r01/robots/g0001.npy"
+  local text = source.read(path)
+  local count = tonumber(text:match "'shape': %((%d+)")
+  local function without_one(line)
+    local size, row = line:match '"robots":%[(%d+),"%x+",(%d+)%]'
+    text = text:gsub("'shape': %(%d+", "'shape': (" .. count - 1, 1):sub(1, size - row)
+    return sealed.add((line:gsub('^{"hash":"%x+",', "{"):gsub('"robots":%b[]',
+      ('"robots":[%d,"%s",%d]'):format(#text, host.xxh3(text, tonumber(row)), row))))
+  end
+  write(base .. "/r/journal.jsonl", (source.read(base .. "/r/journal.jsonl"):gsub("[^\n]*\n",
+    function(line) return line:find '"generation":1,' and without_one(line) or line end)))
+  write(path, text)
+  local done = process.ends(base, { "run", "--resume", "r", "--from", "1", "-q" })
+  t:ok(done.status == 1 and done.stderr:find(("holds %d robots; the run has %d"):format(count - 1,
+    count), 1, true), done.stderr)
+end)
+
 suite:test("a sealed line with a wrong field is named", function(t)
   local base = t:folder()
   evolution.run(base .. "/r")

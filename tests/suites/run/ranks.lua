@@ -322,12 +322,17 @@ end)
 test("ranks share the runs of a study", function(t, folder)
   process.write(folder .. "/study.lua", [[
     local tiny = { seed = 3, lattice = { 2, 2, 2 }, population = 4, fitness = "distance",
-      simulation = { duration = 0.1, settle = 0, accuracy = "preview" }, record = {} }
+      simulation = { duration = 0.1, settle = 0, accuracy = "preview" }, record = {},
+      archive = { "grid", descriptors = { "muscle_share" } }, survival = "map_elites" }
     require("limax.tools.study.study").main({ repetitions = 2, evaluations = 32,
       experiment = tiny }, { ... })]])
   for _, ranks in ipairs { 0, 3 } do
     completes(ranks, t, folder, "study.lua", "--out", tostring(ranks), "--device", "cpu")
   end
+  -- one run goes on after its first generation, on one of two ranks
+  local journal = folder .. "/3/fixed/r01/journal.jsonl"
+  process.write(journal, process.read(journal):match '^.-"kind":"generation"[^\n]*\n')
+  completes(2, t, folder, "study.lua", "--out", "3", "--device", "cpu")
   for _, name in ipairs { "study.json", "compare/compare.json", "compare/compare.csv",
     "yoked/r02/r02/metrics.jsonl" } do
     local plain = process.read(folder .. "/0/" .. name):gsub("0/", "3/")
