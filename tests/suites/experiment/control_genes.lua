@@ -34,7 +34,7 @@ suite:test("a run has them in genomes, metrics, champions and ledger, and resume
     local champion = limax.robot(folder .. "/r01/champions/g0002.json")
     t:equal(#champion.description.control, 5)
     local index = last.champion.index
-    local genome = bytes.unpack("float", run:genomes(1, 2, index))
+    local genome = bytes.unpack("float", run:genomes_of(1, 2, { [index] = true })[index])
     t:same_bits(champion.population:control(1), { unpack(genome, #genome - 4) })
     t:equal(champion:replay().fitness, champion.description.score)
     t:equal(run.config.genome.control_spread, 0.5)
