@@ -491,7 +491,7 @@ function division.parents(robots, sources, whole, chosen, of_archive, archive)
       gather_genomes(robots, list, to)
     end)
   end
-  -- a rank whose rows are those of all has been sent them (division.complete)
+  -- after division.complete each rank has the whole rows of all
   if total.rows > 0 and robots.rows.share then trade_rows(robots, lent, lent_counts) end
   if total.archived > 0 then
     local function write(list, to)

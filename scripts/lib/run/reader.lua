@@ -282,8 +282,8 @@ function Reader:rows(repetition, generation)
   return all
 end
 
--- The bytes of a generation's genomes by a function of how many robots come next, and those of one.
--- Of folders from before arrays had sums of hashes all are read at once.
+-- As Reader:genomes, for folders from before hashes of arrays were sums: all genomes are read at
+-- once.
 local function genomes_at_once(self, repetition, generation, genes)
   local bytes, path = self:file("genomes", repetition, generation)
   local array, message = npy.decode(bytes)
