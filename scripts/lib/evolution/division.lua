@@ -529,11 +529,11 @@ end
 
 -- ---- ranking ------------------------------------------------------------------------------------
 
--- Robots of the sample by which each rank is given a part of the ranking.
+-- Robots per rank of the sample that divides the ranking: parts then differ by an eighth or so.
 local SAMPLE = 64
 
--- Of a part of the ranking, the first robot and the first one behind it, as { score, i }; nil where
--- it has no limit. Returns false for an empty part. The same sample is of all ranks.
+-- The limits of a rank's part of the ranking, each as { score, i }: its first robot, and the first
+-- one behind it; false for an empty part. All ranks take the same sample.
 local function part_of(data, count, rank)
   local scores, numbers = {}, {}
   for i = 1, count, math.max(1, math.floor(count / (SAMPLE * exchange.count))) do
