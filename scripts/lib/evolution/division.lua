@@ -35,6 +35,7 @@ ffi.cdef [[
 ---@field total integer robots of the generation
 ---@field all_elites integer the first of these, of which some may need no simulation
 ---@field ends { elites: integer[], others: integer[] } of the parts of each rank, from 1
+---@field islands { first: integer, last: integer }|nil that it has whole
 local Share = {}
 Share.__index = Share
 
@@ -67,13 +68,15 @@ function division.share(total, elites, rank)
     islands, elites = elites, 0
     for _, count in ipairs(islands) do elites = elites + count end
   end
-  local ends = islands and #islands % exchange.count == 0
-    and whole_islands(islands, total / #islands)
+  local are_whole = islands and #islands % exchange.count == 0
+  local ends = are_whole and whole_islands(islands, total / #islands)
     or { elites = equal_parts(elites), others = equal_parts(total - elites) }
   local first, others = ends.elites[r - 1] or 0, ends.others[r - 1] or 0
   local own = ends.elites[r] - first
+  local each = are_whole and #islands / exchange.count
   return setmetatable({ count = own + ends.others[r] - others, elites = own, first_elite = first,
-    before = elites + others - own, total = total, all_elites = elites, ends = ends }, Share)
+    before = elites + others - own, total = total, all_elites = elites, ends = ends,
+    islands = each and { first = (r - 1) * each + 1, last = r * each } or nil }, Share)
 end
 
 --- A share of all robots.

@@ -3,6 +3,8 @@
 --- random number is a function of (seed, repetition, generation, robot): a run can stop after any
 --- generation and continue with the same bits.
 
+local ffi = require "ffi"
+
 local archived = require "limax.evolution.archived"
 local budget = require "limax.experiment.budget"
 local division = require "limax.evolution.division"
@@ -12,6 +14,7 @@ local failure = require "limax.base.failure"
 local generations = require "limax.evolution.generation"
 local genes = require "limax.experiment.genes"
 local host = require "limax.host"
+local islands = require "limax.evolution.islands"
 local materials = require "limax.evolution.materials"
 local mating = require "limax.evolution.mating"
 local metrics = require "limax.run.metrics"
@@ -96,6 +99,18 @@ local function decide(run, robots)
   return decided
 end
 
+-- Generations by which a rank runs ahead at most, bytes of their genomes, and s that they take: an
+-- interrupt loses them, and they are computed again.
+local MOST_AHEAD, MOST_KEPT, LONGEST_AHEAD = 10, 2 ^ 26, 100
+
+-- By how many generations may ranks run ahead after this one?
+local function most_ahead(run, robots)
+  if not run.world.runs_ahead then return 0 end
+  local bytes = robots.share.count * run.world.encoding.genes * ffi.sizeof "float"
+  local seconds = robots.timing.simulate + robots.timing.fitness
+  return math.floor(math.min(MOST_AHEAD, MOST_KEPT / bytes, LONGEST_AHEAD / seconds))
+end
+
 -- Makes the generation after a recorded one; nil after the last.
 local function breed(run, robots)
   local began = host.clock()
@@ -103,10 +118,16 @@ local function breed(run, robots)
     return nil
   end
   -- rank 0 has the history, and may ask a model
-  local decided = exchange.first(function() return decide(run, robots) end)
+  local decided
+  decided, run.most_ahead = unpack(exchange.first(function()
+    return { decide(run, robots), most_ahead(run, robots) }
+  end))
   local asked = host.clock()
   rawset(robots, "state", decided.state)
   local chosen = select.choose(run.world, robots, decided) -- survivors, parents, islands
+  for _, elites in ipairs(chosen.of_islands or {}) do
+    if elites ~= chosen.of_islands[1] then run.uneven = robots.generation end
+  end
   local children = mating.breed(run.world, robots, decided, chosen) -- genomes and rows
   children.timing.supervise, children.timing.breed = asked - began, host.clock() - asked
   return express(run, children)
@@ -123,9 +144,9 @@ function evolve.record(run, robots)
   return robots.entry
 end
 
---- Records and writes a generation, and breeds the next one.
+-- Records and writes a generation, and breeds the next one. Collective.
 ---@return limax.population.scored|nil the next one; nil after the last
-function evolve.next(run, robots)
+local function conclude(run, robots)
   local is_restored = robots.entry ~= nil
   evolve.record(run, robots)
   -- on disk before a model is asked, and before a supervisor reads robots of other ranks
@@ -143,6 +164,97 @@ function evolve.next(run, robots)
     for _, note in ipairs(archived.notes(robots.remembered, run.world.archive)) do run:say(note) end
   end
   return upcoming
+end
+
+-- ---- islands that run ahead ---------------------------------------------------------------------
+
+-- Between two exchanges of robots, islands breed from their own only. A rank that has whole islands
+-- then scores its robots and breeds from them without waiting for the others. What all do of these
+-- generations, such as metrics and files, follows before the exchange.
+
+-- The numbers of robots follow from the elites of each island: those of other ranks are assumed to
+-- have as many as its own. If they have not, what follows is dropped, and the next generations are
+-- bred by all together.
+
+-- May this rank breed from a generation without the others? All ranks give the same answer.
+local function runs_ahead(run, robots)
+  local world = run.world
+  if #run.behind >= run.most_ahead or robots.generation <= run.uneven + MOST_AHEAD
+    or islands.exchange_before(world.config.islands, robots.generation + 1) then
+    return false
+  end
+  local evaluations = run.evaluations + robots.waiting
+  for _, before in ipairs(run.behind) do evaluations = evaluations + before.waiting end
+  return budget.allows_another(world.config, robots.generation + 1, evaluations)
+end
+
+-- Scores the robots of this rank and breeds from them.
+---@return limax.population.scored|nil nil if its islands have different numbers of elites
+local function breed_ahead(run, robots)
+  generations.score_ahead(robots)
+  local began = host.clock()
+  local decided = decide(run, robots)
+  local asked = host.clock()
+  local chosen = select.choose(run.world, robots, decided, true)
+  local children = chosen and mating.breed(run.world, robots, decided, chosen)
+  if not children then return nil end
+  children.timing.supervise, children.timing.breed = asked - began, host.clock() - asked
+  return express(run, children)
+end
+
+-- Have all islands of all ranks as many elites? Collective.
+local function are_equal(robots)
+  local list = exchange.all(robots.successor and robots.successor.share.all_elites or false)
+  for _, elites in ipairs(list) do
+    if not elites or elites ~= list[1] then return false end
+  end
+  return true
+end
+
+-- Frees a generation that was bred under a wrong assumption.
+local function drop(robots)
+  generations.wait(robots)
+  generations.end_traces(robots, "its robots were bred again")
+  robots.own:free()
+end
+
+-- Records and writes the generations from which this rank bred. Collective.
+---@return limax.population.scored|nil the generation after them, bred again if the islands of a
+--- rank have other numbers of elites
+local function catch_up(run)
+  local behind = run.behind
+  run.behind = {}
+  for k, robots in ipairs(behind) do
+    evolve.record(run, robots)
+    if not are_equal(robots) then
+      for later = k, #behind do
+        if behind[later].successor then drop(behind[later].successor) end
+      end
+      return conclude(run, robots)
+    end
+    record.write(run, robots)
+    division.forget(robots)
+  end
+  return behind[#behind].successor
+end
+
+--- Records and writes a generation, and breeds the next one.
+---@return limax.population.scored|nil the next one; nil after the last
+function evolve.next(run, robots)
+  if runs_ahead(run, robots) then
+    local upcoming = breed_ahead(run, robots)
+    robots.successor = upcoming or false
+    run:check_variables()
+    run.behind[#run.behind + 1] = robots
+    -- a GPU steps the last one while all catch up
+    local is_cpu = run.world.device.kind == "cpu"
+    return upcoming and (is_cpu or runs_ahead(run, upcoming)) and upcoming or catch_up(run)
+  end
+  if run.behind[1] then
+    local bred = catch_up(run)
+    if bred ~= robots then return bred end
+  end
+  return conclude(run, robots)
 end
 
 --- Makes one repetition of an experiment, ready for `:generations()`.

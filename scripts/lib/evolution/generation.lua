@@ -55,7 +55,9 @@ local class = { methods = Population }
 -- status when they were bred, `failed` are numbers of robots that failed, and `coarse` is that of
 -- those one of whose masses moved farther than a tenth of an edge in one step. `count` is the size
 -- of a list that has only the robots of this rank and a few of others. `bear` makes the rows where
--- there are none yet, of which the first `kept` ones of this share will have a status.
+-- there are none yet, of which the first `kept` ones of this share will have a status. `scores` are
+-- what this rank's own scores are for the others, and `successor` is the generation that a rank
+-- bred without them; false if it could not.
 local FIELDS, OF_LOOP = {}, {}
 for name in ([[ranked generation repetition parameters engine materials rows trials archive
     evaluations timing island state]]):gmatch "%S+" do
@@ -63,7 +65,7 @@ for name in ([[ranked generation repetition parameters engine materials rows tri
 end
 for name in ([[world before decided going simulations traces unscored scored_with scored_by outdated
     state_text remembered choice entry line places parents stored waits own share best fetched
-    diversity coarse failed whole waiting count bear kept]]):gmatch "%S+" do
+    diversity coarse failed whole waiting count bear kept scores successor]]):gmatch "%S+" do
   OF_LOOP[name] = true
 end
 
@@ -468,7 +470,7 @@ local function constant_text(robots)
     or "the scene let robots differ in it")
 end
 
--- Scores robots that were simulated here, and receives the scores of other ranks.
+-- Scores robots that were simulated here.
 local function call_fitness(robots, law, wanted, own_state)
   local world, began = robots.world, host.clock()
   local failures = scoring.score { call = law.call, ours = law.name ~= "function", robots = robots,
@@ -478,7 +480,13 @@ local function call_fitness(robots, law, wanted, own_state)
       return measures.add(world.measured, robot, row, own_state)
     end }
   robots.timing.fitness = robots.timing.fitness + host.clock() - began
-  if world.is_divided then failures = division.exchange(robots, failures, own_state) end
+  return failures
+end
+
+-- Receives the scores of other ranks.
+local function exchange_scores(robots, own)
+  local world, failures = robots.world, own.failures
+  if world.is_divided then failures = division.exchange(robots, failures, own.state) end
   scoring.judge(failures, robots.share.total, robots.generation, world.say)
 end
 
@@ -530,30 +538,46 @@ local function enter_archive(robots)
   robots.archive = archived.shown(robots.remembered)
 end
 
+-- Simulates and scores the robots of this rank.
+local function score_own(robots, with)
+  local law = with == nil and robots.world.fitness or fitness.get(with)
+  if with == nil then with = law end
+  forget_scores(robots, with)
+  robots:simulate()
+  local is_simulated = robots.traces ~= nil -- and not read from a folder
+  local wanted = robots_to_score(robots)
+  local own_state = is_simulated and state.copy(robots.before.state) or nil
+  local failures = call_fitness(robots, law, wanted, own_state)
+  check_trials_read(robots, law, wanted)
+  check_order(robots, law, wanted, own_state)
+  robots.scores = { failures = failures, state = own_state, is_simulated = is_simulated }
+  if is_simulated or not robots.scored_with then robots.scored_with = with end
+  robots.scored_by = law
+end
+
+--- Simulates and scores the robots of this rank, and frees their simulations. `score` then brings
+--- the scores of the others.
+function generation.score_ahead(robots)
+  score_own(robots)
+  generation.end_traces(robots, "its robots were scored")
+end
+
 --- Scores every robot that ended well: by the experiment's fitness, or by another one. Elites and
 --- robots read from a run folder keep a valid score.
 ---@param with? string|table|fun(robot: table): number, number[]?
 ---@return limax.population.scored self
 function Population:score(with)
-  local law = with == nil and self.world.fitness or fitness.get(with)
-  if with == nil then with = law end
-  forget_scores(self, with)
-  self:simulate()
-  local is_simulated = self.traces ~= nil -- and not read from a folder
-  local wanted = robots_to_score(self)
-  local own_state = is_simulated and state.copy(self.before.state) or nil
-  call_fitness(self, law, wanted, own_state)
-
+  if not self.scores then score_own(self, with) end
+  local own = self.scores
+  self.scores = nil
+  exchange_scores(self, own)
   local began = host.clock()
-  check_trials_read(self, law, wanted)
-  check_order(self, law, wanted, own_state)
-  if is_simulated or not self.scored_with then self.scored_with = with end
-  self.scored_by, self.ranked = law, division.rank(self)
+  self.ranked = division.rank(self)
   if #self.ranked == 0 then failure.raise(1, failure_text(self)) end
   check_scores(self)
-  if is_simulated then
+  if own.is_simulated then
     enter_archive(self)
-    keep_state(self, own_state)
+    keep_state(self, own.state)
   end
   self.timing.fitness = self.timing.fitness + host.clock() - began
   return self

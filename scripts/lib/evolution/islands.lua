@@ -3,26 +3,34 @@
 --- island at a time, as a scored population of its robots; their indices are mapped back here.
 
 local generations = require "limax.evolution.generation"
+local metrics = require "limax.run.metrics"
+local rows = require "limax.robot.rows"
 
 local islands = {}
 
--- Makes a scored population of each island's robots. `places` are their indices in the whole
--- population, whose other fields it shares.
-local function views(robots, count)
-  local list, place = {}, {}
-  for k = 1, count do
+-- Makes a scored population of the robots of each island from `first` to `last`. `places` are their
+-- indices in the whole population, whose other fields it shares.
+---@param share limax.share|nil the robots of these islands; all if left out
+---@param ranked integer[] the scored ones, best first
+---@return table<integer, limax.population.scored> by island
+local function views(robots, first, last, share, ranked)
+  local all, list, place = robots.rows, {}, {}
+  for k = first, last do
     local view = generations.part(robots)
     view.island, view.rows, view.places, view.ranked, view.whole = k, {}, {}, {}, robots
     list[k] = view
   end
-  for i, row in ipairs(robots.rows) do
-    local view = list[row.island]
-    place[i] = #view + 1
-    view[place[i]], view.rows[place[i]], view.places[place[i]] = robots[i], row, i
+  for n = 1, (share or all).count do
+    local i = share and share:number(n) or n
+    local view = list[rows.island(all, i)]
+    local at = #view.places + 1
+    place[i], view.places[at] = at, i
+    view[at], view.rows[at] = robots[i], all[i]
   end
-  for _, i in ipairs(robots.ranked) do
-    local ranked = list[robots.rows[i].island].ranked
-    ranked[#ranked + 1] = place[i]
+  for _, view in pairs(list) do view.count = all.only_own and #view.places or nil end
+  for _, i in ipairs(ranked) do
+    local its = list[rows.island(all, i)].ranked
+    its[#its + 1] = place[i]
   end
   return list
 end
@@ -39,17 +47,22 @@ local sources = {
 
 -- The best robots that island `k` receives, without those that survive there already.
 local function migrants(robots, k, survivors, options, random)
-  local from, there, list = sources[options.topology](k, options.count, random), {}, {}
-  for _, i in ipairs(survivors) do there[robots.rows[i].id] = true end
+  local all, from = robots.rows, sources[options.topology](k, options.count, random)
+  local there, list = {}, {}
+  for _, i in ipairs(survivors) do there[rows.id(all, i)] = true end
   for _, i in ipairs(robots.ranked) do
-    local row = robots.rows[i]
-    local comes = row.island ~= k and (not from or row.island == from)
-    if #list < options.migrants and comes and not there[row.id] then
-      list[#list + 1], there[row.id] = i, true
+    local home, id = rows.island(all, i), rows.id(all, i)
+    local comes = home ~= k and (not from or home == from)
+    if #list < options.migrants and comes and not there[id] then
+      list[#list + 1], there[id] = i, true
     end
   end
   return list
 end
+
+--- Do islands exchange robots before a generation?
+---@param options table `islands` of the configuration
+function islands.exchange_before(options, generation) return generation % options.every == 0 end
 
 ---@class limax.islands.steps functions of the loop that work on one island
 ---@field survive fun(view: table): integer[], table survivors, and the pool of parents
@@ -58,12 +71,18 @@ end
 --- island
 ---@field random limax.random of the topology
 
--- The survivors of each island by their indices in the whole population.
-local function go_on(robots, lists, options, generation, steps)
-  local size, arriving = #robots / options.count, {}
+-- The survivors of an island by their indices in the whole population, and the pool of parents.
+local function survivors_of(view, steps)
+  local list, survivors, pool = {}, steps.survive(view)
+  for place, index in ipairs(survivors) do list[place] = view.places[index] end
+  return list, pool
+end
+
+-- Adds migrants to the survivors of each island.
+local function add_migrants(robots, lists, options, steps)
+  local size, arriving = robots.rows.count / options.count, {}
   for k, list in ipairs(lists) do
-    arriving[k] = generation % options.every == 0
-      and migrants(robots, k, list, options, steps.random) or {}
+    arriving[k] = migrants(robots, k, list, options, steps.random)
   end
   for k, list in ipairs(lists) do
     -- migrants take the places of the worst survivors where no offspring would be left
@@ -72,49 +91,78 @@ local function go_on(robots, lists, options, generation, steps)
   end
 end
 
+---@class limax.islands.chosen
+---@field elites (integer|false)[] false of islands that were left out
+---@field parents table<integer, (integer|limax.archive.row)[]|nil> a pair per robot
+---@field homes table<integer, integer> the island of each robot of the next generation
+---@field of_islands integer[] elites of each island
+
+-- Puts the survivors of all islands first, and chooses two parents per robot that follows.
+---@param lists table<integer, integer[]> survivors of islands
+---@param pools table<integer, limax.population.scored> of the same
+---@param of_islands integer[] survivors of all islands
+---@return limax.islands.chosen
+local function arrange(robots, lists, pools, of_islands, steps)
+  local elites, parents, homes, size = {}, {}, {}, robots.rows.count / #of_islands
+  for k, count in ipairs(of_islands) do
+    for place = 1, count do
+      local i, at = lists[k] and lists[k][place] or false, #elites + 1
+      elites[at], parents[at], homes[at] = i, i and { i, i } or nil, k
+    end
+  end
+  local share, last = steps.share(of_islands), #elites
+  for k, count in ipairs(of_islands) do
+    for child = last + 1, lists[k] and last + size - count or last do
+      local pair = share:at(child) and steps.choose(pools[k], child)
+      -- a row of the archive belongs to no island
+      for side, parent in ipairs(pair or {}) do
+        local places = pools[k].places
+        pair[side] = type(parent) == "table" and parent or places and places[parent] or parent
+      end
+      parents[child], homes[child] = pair or nil, k
+    end
+    last = last + size - count
+  end
+  return { elites = elites, parents = parents, homes = homes, of_islands = of_islands }
+end
+
 --- Survivors and migrants of all islands, which come first in the next generation, and a pair of
 --- parents per robot of it.
 ---@param options table `islands` of the configuration
 ---@param generation integer the next one
----@return integer[] elites
----@return (integer|limax.archive.row)[][] parents
----@return integer[] homes the island of each robot of the next generation
----@return integer[] of_islands elites of each island
+---@return limax.islands.chosen
 function islands.select(robots, options, generation, steps)
-  local groups, pools, lists = views(robots, options.count), {}, {}
+  local groups = views(robots, 1, options.count, nil, robots.ranked)
+  local lists, pools, of_islands = {}, {}, {}
   for k, view in ipairs(groups) do
-    lists[k] = {}
     if #view.ranked > 0 then
-      local survivors
-      survivors, pools[k] = steps.survive(view)
-      for place, index in ipairs(survivors) do lists[k][place] = view.places[index] end
+      lists[k], pools[k] = survivors_of(view, steps)
     else
-      -- an island without a scored robot begins anew from all others
-      groups[k], pools[k] = robots, robots
+      lists[k], pools[k] = {}, robots -- it begins anew from all others
     end
   end
-  go_on(robots, lists, options, generation, steps)
-  local elites, parents, homes, of_islands = {}, {}, {}, {}
-  for k, list in ipairs(lists) do
-    of_islands[k] = #list
-    for _, i in ipairs(list) do
-      elites[#elites + 1], parents[#parents + 1], homes[#homes + 1] = i, { i, i }, k
-    end
+  if islands.exchange_before(options, generation) then
+    add_migrants(robots, lists, options, steps)
   end
-  local share = steps.share(of_islands)
-  for k, view in ipairs(groups) do
-    for _ = #lists[k] + 1, #robots / options.count do
-      local child = #homes + 1
-      local pair = share:at(child) and steps.choose(pools[k], child)
-      -- a row of the archive belongs to no island
-      for side, parent in ipairs(pair or {}) do
-        pair[side] = type(parent) == "table" and parent or view.places and view.places[parent]
-          or parent
-      end
-      parents[child], homes[child] = pair or nil, k
-    end
+  for k, list in ipairs(lists) do of_islands[k] = #list end
+  return arrange(robots, lists, pools, of_islands, steps)
+end
+
+--- The same for the islands of this rank, whose robots were scored, where none are exchanged. The
+--- numbers of robots are right if all islands of all ranks have as many survivors.
+---@return limax.islands.chosen|nil nil if those of this rank have not
+function islands.select_own(robots, options, steps)
+  local share = robots.share
+  local first, last = share.islands.first, share.islands.last
+  local groups = views(robots, first, last, share, metrics.rank(robots.rows, share))
+  local lists, pools, of_islands = {}, {}, {}
+  for k = first, last do
+    if #groups[k].ranked == 0 then return nil end
+    lists[k], pools[k] = survivors_of(groups[k], steps)
+    if #lists[k] ~= #lists[first] then return nil end
   end
-  return elites, parents, homes, of_islands
+  for k = 1, options.count do of_islands[k] = #lists[first] end
+  return arrange(robots, lists, pools, of_islands, steps)
 end
 
 return islands

@@ -211,11 +211,15 @@ local function parents_of(robots, share, chosen, with_rows)
   if not (of_archive[1] or robots.world.is_divided) then
     return { engine = robots.own, rows = robots.rows, pairs = own }
   end
-  local found = with_rows and {} or nil
-  local from, at = division.parents(robots, needed, whole, chosen.digest, of_archive, {
-    rank = archived.rank,
-    place = function(row) return archived.place(robots.remembered, row) end,
-    genome = function(place) return archived.genome(robots.remembered, place) end })
+  local found, from, at = with_rows and {} or nil, robots.own, {}
+  if chosen.is_ahead then
+    for _, i in ipairs(needed) do at[i] = robots.share:at(i) end
+  else
+    from, at = division.parents(robots, needed, whole, chosen.digest, of_archive, {
+      rank = archived.rank,
+      place = function(row) return archived.place(robots.remembered, row) end,
+      genome = function(place) return archived.genome(robots.remembered, place) end })
+  end
   if found then
     rows.show(robots.rows, needed)
     for source, k in pairs(at) do found[k] = row_of(robots, source) end
@@ -253,7 +257,10 @@ local function rows_of(robots, share, chosen, keep)
       end
     end
   end
-  for i = 1, chosen.homes and all.count or 0 do all[i].island = chosen.homes[i] end
+  for k = 1, chosen.homes and (all.only_own and share or all).count or 0 do
+    local i = all.only_own and share:number(k) or k
+    all[i].island = chosen.homes[i]
+  end
   return all
 end
 

@@ -22,6 +22,10 @@ local worlds = require "limax.evolution.world"
 ---@field evaluations integer of the recorded generations
 ---@field ahead fun(robots: limax.population.scored)|nil begins to step a generation on a GPU
 --- before the loop asks for it
+---@field behind limax.population.scored[] generations from which this rank bred without the others,
+--- which are still to be recorded
+---@field most_ahead integer how many these may be
+---@field uneven integer the last generation whose islands had different numbers of elites
 ---@field ended boolean|nil has it no further generation?
 ---@field history limax.generation[] one entry per scored generation
 ---@field population limax.population.scored|nil the newest generation
@@ -112,8 +116,9 @@ function run.new(experiment, options)
   local world = worlds.new(experiment, options)
   local folder, comparison = open_folder(experiment, options, world.repetition, world.device)
   local self = setmetatable({ experiment = experiment, config = world.config,
-    repetition = world.repetition, world = world, history = {}, packed = {}, evaluations = 0,
-    folder = folder, owns_folder = options.out ~= nil, on_generation = options.on_generation,
+    repetition = world.repetition, world = world, history = {}, packed = {}, behind = {},
+    most_ahead = 0, uneven = -math.huge, evaluations = 0, folder = folder,
+    owns_folder = options.out ~= nil, on_generation = options.on_generation,
     live_prompts = options.live_prompts,
     variables = experiment.warned and {} or own_variables.list(experiment.spec) }, Run)
   self.entries = record.entries(self)

@@ -61,8 +61,9 @@ end
 ---@field elites integer[]
 ---@field parents table<integer, (integer|limax.archive.row)[]|nil> a pair per robot, at least for
 --- those of this rank
----@field homes integer[]|nil an island per robot
+---@field homes table<integer, integer>|nil an island per robot
 ---@field of_islands integer[]|nil elites of each island
+---@field is_ahead boolean|nil was it chosen without the other ranks?
 ---@field digest string|nil of what all ranks chose by functions of a script
 
 -- The bytes of a list of parents; a row of the archive counts as less than 0.
@@ -92,14 +93,15 @@ local function digest_of(robots, chosen, pools, with_pairs)
 end
 
 --- Chooses for the next generation; what an own loop chose comes first.
----@return limax.chosen
-function select.choose(world, robots, decided)
+---@param is_ahead? boolean only of the islands of this rank, without the others
+---@return limax.chosen|nil nil if islands.select_own has none
+function select.choose(world, robots, decided, is_ahead)
   local generation, parameters, choice =
     robots.generation + 1, decided.parameters, robots.choice or {}
   local config, own = world.config, source.place(world.config.selection)
   local selection, random = world.experiment.selection, nil
   local place = own and (" (%s)"):format(own) or ""
-  local elites, parents, homes, of_islands
+  local chosen
   local rankings, pools = {}, {}
   local function choose(pool, child)
     if not own then
@@ -121,32 +123,35 @@ function select.choose(world, robots, decided)
   -- has read a field before would not take part when the others ask for it
   local is_script = own or source.place(config.survival)
   if is_script then division.complete(robots) end
-  division.set_common(world.is_divided)
+  division.set_common(world.is_divided and not is_ahead)
   if config.islands then
     if choice.elites or choice.parents then
       failure.raise(2, "breed: in an experiment with islands, elites and parents come from its"
         .. " survival and selection; leave them out")
     end
-    elites, parents, homes, of_islands = islands.select(robots, config.islands, generation, {
-      choose = choose, share = share_of,
+    local steps = { choose = choose, share = share_of,
       survive = function(view)
         local survivors, pool = survive(world, view, generation, parameters)
         pools[#pools + 1] = pool
         return survivors, pool
       end,
-      random = random_of(world, generation, config.population + config.islands.count + 1) })
+      random = random_of(world, generation, config.population + config.islands.count + 1) }
+    if is_ahead then
+      chosen = islands.select_own(robots, config.islands, steps)
+      if chosen then chosen.is_ahead = true end
+      return chosen
+    end
+    chosen = islands.select(robots, config.islands, generation, steps)
   else
-    local pool
-    elites, pool = survive(world, robots, generation, parameters, choice.elites)
+    local elites, pool = survive(world, robots, generation, parameters, choice.elites)
     pools[1] = pool
-    parents = mating.pairs(pool, share_of(#elites), elites, choice.parents, choose)
+    chosen = { elites = elites,
+      parents = mating.pairs(pool, share_of(#elites), elites, choice.parents, choose) }
   end
   division.set_common(false)
   for pool, ranking in pairs(rankings) do
     mating.check_unchanged(pool, ranking, "the selection")
   end
-  local chosen = { elites = elites, parents = parents, homes = homes,
-    of_islands = of_islands }
   chosen.digest = world.is_divided and is_script and digest_of(robots, chosen, pools, own) or nil
   return chosen
 end

@@ -30,6 +30,8 @@ local state = require "limax.run.state"
 ---@field is_divided boolean do ranks divide the robots among themselves (division.lua)?
 ---@field shows_all boolean may a function of this rank look at robots of other ranks, beside those
 --- that are lent to it? Otherwise a generation has no objects of these.
+---@field runs_ahead boolean may islands of this rank go on without those of others until robots are
+--- exchanged? The bytes are the same
 ---@field place fun(robots: limax.population.scored, i: integer): limax.population, integer where
 --- body and genome of a robot are
 ---@field diversity fun(robots: limax.population.scored, set: integer[]): limax.diversity|nil
@@ -78,13 +80,22 @@ end
 -- May a function of this rank look at robots of others? Most schemes of the library need only their
 -- ranking; a mutation or a crossover of a script has `robots.rows`.
 local function shows_all(experiment)
-  local config, named = experiment.config, experiment.config.selection
+  local named = experiment.config.selection
   local selects = selection.entries[type(named) == "table" and named.name or named] or {}
   local variation = experiment.variation
   local by_rank = experiment.survival.by_rank and selects.by_rank
     and not (variation.mutation.own or variation.crossover.own)
-  return not by_rank or config.islands ~= nil or experiment.archive ~= nil
+  return not by_rank or experiment.archive ~= nil
     or exchange.is_first and experiment.supervisor.reads_robots or false
+end
+
+-- May islands run ahead? Each rank has as many, and no part of the experiment reads robots of
+-- others, or what became of them.
+local function runs_ahead(experiment)
+  local options = experiment.config.islands
+  return exchange.count > 1 and options ~= nil and options.count % exchange.count == 0
+    and not shows_all(experiment) and not experiment.state
+    and experiment.supervisor.by_generation or false
 end
 
 --- Makes the world of a repetition.
@@ -99,6 +110,7 @@ function world.new(experiment, options)
     trials = experiment.trials:of(repetition), fitness = experiment.fitness,
     measured = experiment.measured, archive = experiment.archive,
     is_divided = exchange.count > 1, shows_all = exchange.count == 1 or shows_all(experiment),
+    runs_ahead = runs_ahead(experiment),
     place = division.place, diversity = division.diversity_of,
     first_materials = first,
     first_fields = materials.fields(first),

@@ -178,6 +178,12 @@ function rows.id(self, i)
   return tonumber(array.data[at].id)
 end
 
+--- The island of robot i.
+function rows.island(self, i)
+  local array, at = row.held(self, i)
+  return tonumber(array.data[at].island)
+end
+
 --- The hash of robot i's body.
 ---@return ffi.cdata* uint64_t
 function rows.hash(self, i)

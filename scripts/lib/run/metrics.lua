@@ -12,14 +12,15 @@ local sorting = require "limax.base.sorting"
 local metrics = {}
 
 --- Indices of the scored robots, best first; equal ones in index order.
+---@param share? limax.share only those of this rank
 ---@return integer[]
-function metrics.rank(all)
-  local data, count = rows.scored(all).data, 0
-  local scores, numbers = ffi.new("double[?]", all.count), ffi.new("int32_t[?]", all.count)
-  for i = 1, all.count do
+function metrics.rank(all, share)
+  local data, size, count = (share and all or rows.scored(all)).data, (share or all).count, 0
+  local scores, numbers = ffi.new("double[?]", size), ffi.new("int32_t[?]", size)
+  for i = 1, size do
     local score = data[i - 1].fitness
     if score == score then
-      scores[count], numbers[count] = score, i
+      scores[count], numbers[count] = score, share and share:number(i) or i
       count = count + 1
     end
   end
@@ -77,13 +78,14 @@ end
 -- Best and mean fitness of each island; nil without islands.
 local function islands_of(all)
   if not all.layout.places.island then return nil end
-  local list = {}
-  for _, robot in ipairs(all) do
-    local each = list[robot.island] or { scored = 0 }
-    list[robot.island] = each
-    if robot.fitness then
-      each.scored, each.mean = each.scored + 1, (each.mean or 0) + robot.fitness
-      each.best = math.max(each.best or robot.fitness, robot.fitness)
+  local data, list = rows.scored(all).data, {}
+  for i = 0, all.count - 1 do
+    local home, score = tonumber(data[i].island), data[i].fitness
+    local each = list[home] or { scored = 0 }
+    list[home] = each
+    if score == score then
+      each.scored, each.mean = each.scored + 1, (each.mean or 0) + score
+      each.best = math.max(each.best or score, score)
     end
   end
   for _, each in ipairs(list) do each.mean = each.mean and each.mean / each.scored end

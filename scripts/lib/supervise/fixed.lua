@@ -3,6 +3,7 @@
 
 return {
   options = {},
+  by_generation = true,
   changes = function() return {} end,
   make = function()
     return function() return nil, "fixed parameters" end

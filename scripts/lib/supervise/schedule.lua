@@ -55,6 +55,7 @@ for _, name in ipairs(parameters) do options[name] = points_rule end
 
 return {
   options = options,
+  by_generation = true,
   changes = function(chosen)
     local list = {}
     for _, name in ipairs(parameters) do list[#list + 1] = chosen[name] and name end

@@ -28,6 +28,7 @@ local supervise = strict.module "limax.supervise"
 ---@field start? fun(options: table, run: limax.run, fallback: limax.supervisor|nil):
 --- limax.supervisor.session for supervisors with state between generations
 ---@field reads_robots? boolean does `make`'s law read robots, and not only how many there are?
+---@field by_generation? boolean does `make`'s law read only the newest generation's number?
 ---@field unfit? fun(options: table, config: table): string|nil why it cannot serve this experiment
 ---@field changes? fun(options: table): string[] the fields that it may set; all that an experiment
 --- allows if left out
@@ -62,6 +63,7 @@ supervise.parameters = proposals.parameters
 ---@field start (fun(run: limax.run): limax.supervisor.session)|nil instead of `call`
 ---@field own boolean|nil is it the user's own function?
 ---@field reads_robots boolean|nil may it read robots, and not only how many there are?
+---@field by_generation boolean|nil does it read only the newest generation's number?
 ---@field unfit? fun(config: table): string|nil why it cannot serve this experiment
 ---@field note? fun(config: table): string|nil what is probably unintended in this experiment
 ---@field changes string[]|nil the fields that it may set; nil for all that an experiment allows
@@ -80,7 +82,8 @@ function supervise.get(spec)
   end, note = entry.note and function(config)
     return entry.note(options, config)
   end, changes = entry.changes and entry.changes(options),
-    reads_robots = entry.reads_robots or entry.start ~= nil }
+    reads_robots = entry.reads_robots or entry.start ~= nil,
+    by_generation = entry.by_generation }
   local fallback = options.fallback
   if fallback == "keep" then fallback = nil end
   fallback = fallback and supervise.get(fallback)

@@ -38,6 +38,8 @@ end
 local function ask(run, robots, generation, random)
   local supervisor = run.world.experiment.supervisor
   local attempt, history = failure.attempt, run.history
+  -- a rank that runs ahead has no history yet
+  if supervisor.by_generation then history = { { generation = robots.generation } } end
   if supervisor.own then
     run.shown = run.shown or {}
     attempt, history = failure.attempt_user, shown.of(run.history, run.shown)

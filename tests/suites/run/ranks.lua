@@ -183,6 +183,13 @@ local KINDS = {
       local k = 1 + math.floor(100 * limax.diversity.hamming(robots)) % count
       return robots.ranked[k], robots.ranked[random:integer(count)]
     end]] },
+  { "islands that run ahead, until all robots of one fail", [[survival = "generational",
+    generations = 20, islands = { count = 12, every = 8, migrants = 1 }, supervisor = "fixed",
+    fitness = function(robot)
+      local born = math.floor((robot.id - 1) / 24)
+      if (born == 4 or born == 17) and robot.island == 7 then return 0 / 0 end
+      return robot:distance()
+    end]] },
   { "genes where some ranks have elites only", [[fitness = "distance",
     survival = function(robots) return { unpack(robots.ranked, 1, 22) } end,
     genome = { crossover = function(robots) robots:cross() end }]] },
@@ -220,6 +227,25 @@ for _, kind in ipairs(KINDS) do
     for _, ranks in ipairs { "2", "3" } do same(t, folder .. "/" .. ranks, folder .. "/0") end
   end)
 end
+
+test("islands run ahead of a slower rank, and all numbers stay", function(t, folder)
+  -- island 2 waits in generation 2 for island 1 in generation 4
+  evolution.script(folder .. "/ahead.lua", [[lattice = { 3, 3, 3 }, population = 24,
+    generations = 9, simulation = { duration = 0.3, settle = 0.1 },
+    islands = { count = 2, every = 6, migrants = 2 }, supervisor = "fixed",
+    fitness = function(robot)
+      local generation, tries = math.floor((robot.id - 1) / 24), 0
+      if robot.island == 1 and generation == 4 then io.open("there", "w"):close() end
+      while robot.island == 2 and generation == 2 and not io.open "there" do
+        tries = tries + 1
+        if tries > 1e7 then error "no island ran ahead" end
+      end
+      return robot:distance()
+    end]])
+  completes(2, t, folder, "run", "ahead.lua", "-q", "--device", "cpu", "--out", "2")
+  completes(0, t, folder, "run", "ahead.lua", "-q", "--device", "cpu", "--out", "0")
+  same(t, folder .. "/2", folder .. "/0")
+end)
 
 -- The pids of the ranks of an mpirun.
 local function ranks_of(child)
