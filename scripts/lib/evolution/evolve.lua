@@ -177,7 +177,7 @@ end
 -- bred by all together.
 
 -- May this rank breed from a generation without the others? All ranks give the same answer.
-local function runs_ahead(run, robots)
+local function may_run_ahead(run, robots)
   local world = run.world
   if #run.behind >= run.most_ahead or robots.generation <= run.uneven + MOST_AHEAD
     or islands.exchange_before(world.config.islands, robots.generation + 1) then
@@ -241,14 +241,13 @@ end
 --- Records and writes a generation, and breeds the next one.
 ---@return limax.population.scored|nil the next one; nil after the last
 function evolve.next(run, robots)
-  if runs_ahead(run, robots) then
+  if may_run_ahead(run, robots) then
     local upcoming = breed_ahead(run, robots)
     robots.successor = upcoming or false
-    run:check_variables()
     run.behind[#run.behind + 1] = robots
     -- a GPU steps the last one while all catch up
     local is_cpu = run.world.device.kind == "cpu"
-    return upcoming and (is_cpu or runs_ahead(run, upcoming)) and upcoming or catch_up(run)
+    return upcoming and (is_cpu or may_run_ahead(run, upcoming)) and upcoming or catch_up(run)
   end
   if run.behind[1] then
     local bred = catch_up(run)

@@ -22,15 +22,15 @@ local worlds = require "limax.evolution.world"
 ---@field evaluations integer of the recorded generations
 ---@field ahead fun(robots: limax.population.scored)|nil begins to step a generation on a GPU
 --- before the loop asks for it
----@field behind limax.population.scored[] generations from which this rank bred without the others,
---- which are still to be recorded
----@field most_ahead integer how many these may be
----@field uneven integer the last generation whose islands had different numbers of elites
 ---@field ended boolean|nil has it no further generation?
 ---@field history limax.generation[] one entry per scored generation
 ---@field population limax.population.scored|nil the newest generation
 local Run = strict.methods "run"
 Run.__index = Run
+
+-- Only the loop reads `behind`, the generations from which this rank bred without the others and
+-- which are still to be recorded, `most_ahead`, how many these may be, and `uneven`, the last
+-- generation whose islands had different numbers of elites.
 
 local run = { methods = Run }
 
