@@ -304,7 +304,7 @@ local function interrupted(session)
     output.warn "interrupted; no run was begun\n"
   else
     output.warn(session.done and "interrupted; every generation is done\n"
-      or "interrupted; the unfinished generation is dropped\n", "continue with: ",
+      or "interrupted; what is not on disk is computed again\n", "continue with: ",
       shell.resume_command(path), "\n")
   end
   return host.signal.status()

@@ -99,15 +99,17 @@ local function decide(run, robots)
   return decided
 end
 
--- Generations by which a rank runs ahead at most, bytes of their genomes, and s that they take: an
--- interrupt loses them, and they are computed again.
+-- Generations by which a rank runs ahead at most, bytes of their genomes and rows, and s that they
+-- take: an interrupt loses them, and they are computed again.
 local MOST_AHEAD, MOST_KEPT, LONGEST_AHEAD = 10, 2 ^ 26, 100
 
 -- By how many generations may ranks run ahead after this one?
 local function most_ahead(run, robots)
-  if not run.world.runs_ahead then return 0 end
-  local bytes = robots.share.count * run.world.encoding.genes * ffi.sizeof "float"
   local seconds = robots.timing.simulate + robots.timing.fitness
+  -- one that was read from a folder took none
+  if not run.world.runs_ahead or seconds == 0 then return 0 end
+  local bytes = robots.share.count
+    * (run.world.encoding.genes * ffi.sizeof "float" + robots.rows.layout.size)
   return math.floor(math.min(MOST_AHEAD, MOST_KEPT / bytes, LONGEST_AHEAD / seconds))
 end
 
@@ -218,15 +220,17 @@ local function drop(robots)
   robots.own:free()
 end
 
--- Records and writes the generations from which this rank bred. Collective.
+-- Records and writes the generations from which this rank bred, so that the next one is bred by all
+-- together. Collective.
 ---@return limax.population.scored|nil the generation after them, bred again if the islands of a
---- rank have other numbers of elites
+--- rank have other numbers of elites, or if it failed
 local function catch_up(run)
   local behind = run.behind
-  run.behind = {}
+  run.behind, run.most_ahead = {}, 0
   for k, robots in ipairs(behind) do
     evolve.record(run, robots)
     if not are_equal(robots) then
+      run.uneven = robots.generation
       for later = k, #behind do
         if behind[later].successor then drop(behind[later].successor) end
       end
@@ -242,7 +246,9 @@ end
 ---@return limax.population.scored|nil the next one; nil after the last
 function evolve.next(run, robots)
   if may_run_ahead(run, robots) then
-    local upcoming = breed_ahead(run, robots)
+    -- after an error all breed it once more: a second one ends the run, with all before it written
+    local ok, bred = failure.attempt(breed_ahead, run, robots)
+    local upcoming = ok and bred or nil
     robots.successor = upcoming or false
     run.behind[#run.behind + 1] = robots
     -- a GPU steps the last one while all catch up

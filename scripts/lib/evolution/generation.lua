@@ -548,9 +548,8 @@ local function score_own(robots, with)
   local wanted = robots_to_score(robots)
   local own_state = is_simulated and state.copy(robots.before.state) or nil
   local failures = call_fitness(robots, law, wanted, own_state)
-  check_trials_read(robots, law, wanted)
-  check_order(robots, law, wanted, own_state)
-  robots.scores = { failures = failures, state = own_state, is_simulated = is_simulated }
+  robots.scores = { failures = failures, wanted = wanted, state = own_state,
+    is_simulated = is_simulated }
   if is_simulated or not robots.scored_with then robots.scored_with = with end
   robots.scored_by = law
 end
@@ -572,6 +571,8 @@ function Population:score(with)
   self.scores = nil
   exchange_scores(self, own)
   local began = host.clock()
+  check_trials_read(self, self.scored_by, own.wanted)
+  check_order(self, self.scored_by, own.wanted, own.state)
   self.ranked = division.rank(self)
   if #self.ranked == 0 then failure.raise(1, failure_text(self)) end
   check_scores(self)

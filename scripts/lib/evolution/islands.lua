@@ -62,7 +62,9 @@ end
 
 --- Do islands exchange robots before a generation?
 ---@param options table `islands` of the configuration
-function islands.exchange_before(options, generation) return generation % options.every == 0 end
+function islands.exchange_before(options, generation)
+  return options.migrants > 0 and generation % options.every == 0
+end
 
 ---@class limax.islands.steps functions of the loop that work on one island
 ---@field survive fun(view: table): integer[], table survivors, and the pool of parents

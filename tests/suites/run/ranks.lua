@@ -316,20 +316,32 @@ for _, fault in ipairs(FAULTS) do
     end)
 end
 
+-- More fields of the experiment; breeding from generation 2 fails, on a rank that may be ahead.
+local LATE_FAULTS = {
+  [[genome = { mutation = function(robots)
+    for _, i in ipairs(robots) do
+      if robots.rows[i].id == 3 * 12 + 12 then error "no" end
+    end
+  end }]],
+  [[islands = { count = 3, every = 9, migrants = 1 }, supervisor = "fixed",
+    trials = function(generation)
+      if generation == 3 then error "no" end
+      return { {} }
+    end]],
+}
+
 test("a generation is kept where breeding from it fails on another rank", function(t, folder)
-  evolution.script(folder .. "/fails.lua", [[lattice = { 3, 3, 3 }, population = 12,
-    generations = 20, simulation = { duration = 0.3, settle = 0.1 }, fitness = "distance",
-    genome = { mutation = function(robots)
-      for _, i in ipairs(robots) do
-        if robots.rows[i].id == 3 * 12 + 12 then error "no" end
-      end
-    end }]])
-  for _, ranks in ipairs { 0, 3 } do
-    local done = on(ranks, folder, "run", "fails.lua", "-q", "--device", "cpu", "--out",
-      tostring(ranks))
-    t:ok(done.status ~= 0 and done.stderr:find "no\n", done.stderr)
-    local text = process.read(folder .. "/" .. ranks .. "/journal.jsonl")
-    t:equal(select(2, text:gsub('"kind":"generation"', "")), 3)
+  for k, fields in ipairs(LATE_FAULTS) do
+    evolution.script(folder .. "/fails.lua", [[lattice = { 3, 3, 3 }, population = 12,
+      generations = 20, simulation = { duration = 0.3, settle = 0.1 }, fitness = "distance", ]]
+      .. fields)
+    for _, ranks in ipairs { 0, 3 } do
+      local out = ("%d-%d"):format(k, ranks)
+      local done = on(ranks, folder, "run", "fails.lua", "-q", "--device", "cpu", "--out", out)
+      t:ok(done.status ~= 0 and done.stderr:find "no\n", done.stderr)
+      local text = process.read(folder .. "/" .. out .. "/journal.jsonl")
+      t:equal(select(2, text:gsub('"kind":"generation"', "")), 3)
+    end
   end
 end)
 
