@@ -253,7 +253,8 @@ function evolve.next(run, robots)
     run.behind[#run.behind + 1] = robots
     -- a GPU steps the last one while all catch up
     local is_cpu = run.world.device.kind == "cpu"
-    return upcoming and (is_cpu or may_run_ahead(run, upcoming)) and upcoming or catch_up(run)
+    local goes_on = upcoming and (is_cpu or may_run_ahead(run, upcoming))
+    return goes_on and upcoming or catch_up(run)
   end
   if run.behind[1] then
     local bred = catch_up(run)
