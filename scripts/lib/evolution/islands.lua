@@ -93,17 +93,11 @@ local function add_migrants(robots, lists, options, steps)
   end
 end
 
----@class limax.islands.chosen
----@field elites (integer|false)[] false of islands that were left out
----@field parents table<integer, (integer|limax.archive.row)[]|nil> a pair per robot
----@field homes table<integer, integer> the island of each robot of the next generation
----@field of_islands integer[] elites of each island
-
 -- Puts the survivors of all islands first, and chooses two parents per robot that follows.
----@param lists table<integer, integer[]> survivors of islands
+---@param lists table<integer, integer[]> survivors of islands; what follows leaves out the others
 ---@param pools table<integer, limax.population.scored> of the same
 ---@param of_islands integer[] survivors of all islands
----@return limax.islands.chosen
+---@return limax.chosen
 local function arrange(robots, lists, pools, of_islands, steps)
   local elites, parents, homes, size = {}, {}, {}, robots.rows.count / #of_islands
   for k, count in ipairs(of_islands) do
@@ -132,7 +126,7 @@ end
 --- parents per robot of it.
 ---@param options table `islands` of the configuration
 ---@param generation integer the next one
----@return limax.islands.chosen
+---@return limax.chosen
 function islands.select(robots, options, generation, steps)
   local groups = views(robots, 1, options.count, nil, robots.ranked)
   local lists, pools, of_islands = {}, {}, {}
@@ -152,7 +146,7 @@ end
 
 --- The same for the islands of this rank, whose robots were scored, where none are exchanged. The
 --- numbers of robots are right if all islands of all ranks have as many survivors.
----@return limax.islands.chosen|nil nil if those of this rank have not
+---@return limax.chosen|nil nil if those of this rank have not
 function islands.select_own(robots, options, steps)
   local share = robots.share
   local first, last = share.islands.first, share.islands.last

@@ -58,7 +58,7 @@ local function survive(world, robots, generation, parameters, named)
 end
 
 ---@class limax.chosen for the next generation
----@field elites integer[]
+---@field elites (integer|false)[] false of islands that are left out, where it is ahead
 ---@field parents table<integer, (integer|limax.archive.row)[]|nil> a pair per robot, at least for
 --- those of this rank
 ---@field homes table<integer, integer>|nil an island per robot
