@@ -116,10 +116,10 @@ end
 ---@param status integer of the process
 ---@return integer status
 function exchange.finish(status)
-  if is_apart and status ~= 0 then return status end -- mpirun ends the others
-  if not is_interrupted then host.protect(ranks.finish) end
+  local leaves = is_apart and status ~= 0 -- mpirun ends the others
+  if not (leaves or is_interrupted) then host.protect(ranks.finish) end
   if not reports then host.protect(host.wait, LONGEST_REPORT) end
-  if is_interrupted then ranks.stop() end
+  if leaves or is_interrupted then ranks.stop() end
   return status
 end
 

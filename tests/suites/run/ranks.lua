@@ -376,6 +376,11 @@ test("ranks share the runs of a study", function(t, folder)
     local plain = process.read(folder .. "/0/" .. name):gsub("0/", "3/")
     t:ok(#plain > 0 and plain == process.read(folder .. "/3/" .. name):gsub("0/", "3/"), name)
   end
+  process.write(folder .. "/bad.lua", (process.read(folder .. "/study.lua"):gsub('"distance"',
+    'function() error "bad" end', 1)))
+  local done = on(2, folder, "bad.lua", "--out", "bad", "--device", "cpu")
+  t:ok(done.status == 1 and done.stderr:find "the fitness failed: bad.lua"
+    and not done.stderr:find "terminate called", done.stderr)
 end)
 
 test("a command for one process, and a loop of one's own, are refused", function(t, folder)
