@@ -113,6 +113,23 @@ local function most_ahead(run, robots)
   return math.floor(math.min(MOST_AHEAD, MOST_KEPT / bytes, LONGEST_AHEAD / seconds))
 end
 
+-- Breeds and expresses what a decision of the supervisor leads to.
+---@param began number host.clock before the supervisor was asked
+---@param is_ahead? boolean by this rank, without the others
+---@return limax.population.scored|nil nil only if it is ahead, and select.choose has nothing
+local function follow(run, robots, decided, began, is_ahead)
+  local asked = host.clock()
+  rawset(robots, "state", decided.state)
+  local chosen = select.choose(run.world, robots, decided, is_ahead) -- survivors, parents, islands
+  if not chosen then return nil end
+  for _, elites in ipairs(chosen.of_islands or {}) do
+    if elites ~= chosen.of_islands[1] then run.uneven = robots.generation end
+  end
+  local children = mating.breed(run.world, robots, decided, chosen) -- genomes and rows
+  children.timing.supervise, children.timing.breed = asked - began, host.clock() - asked
+  return express(run, children)
+end
+
 -- Makes the generation after a recorded one; nil after the last.
 local function breed(run, robots)
   local began = host.clock()
@@ -124,15 +141,7 @@ local function breed(run, robots)
   decided, run.most_ahead = unpack(exchange.first(function()
     return { decide(run, robots), most_ahead(run, robots) }
   end))
-  local asked = host.clock()
-  rawset(robots, "state", decided.state)
-  local chosen = select.choose(run.world, robots, decided) -- survivors, parents, islands
-  for _, elites in ipairs(chosen.of_islands or {}) do
-    if elites ~= chosen.of_islands[1] then run.uneven = robots.generation end
-  end
-  local children = mating.breed(run.world, robots, decided, chosen) -- genomes and rows
-  children.timing.supervise, children.timing.breed = asked - began, host.clock() - asked
-  return express(run, children)
+  return follow(run, robots, decided, began)
 end
 
 --- Records a generation once. Scores it first if the loop did not.
@@ -195,13 +204,7 @@ end
 local function breed_ahead(run, robots)
   generations.score_ahead(robots)
   local began = host.clock()
-  local decided = decide(run, robots)
-  local asked = host.clock()
-  local chosen = select.choose(run.world, robots, decided, true)
-  local children = chosen and mating.breed(run.world, robots, decided, chosen)
-  if not children then return nil end
-  children.timing.supervise, children.timing.breed = asked - began, host.clock() - asked
-  return express(run, children)
+  return follow(run, robots, decide(run, robots), began, true)
 end
 
 -- Have all islands of all ranks as many elites? Collective.
